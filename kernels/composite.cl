@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// Composite: layers `over` the background in paint order, bottom first, and the gradient with respect to colours,
+// opacities, background and coverage. With a background the image has 3 channels; without one it has 4, premultiplied: the
+// same recurrence with c = (r, g, b, 1) and nothing below (Porter and Duff 1984).
+//
+// Work-item: one tile. Where no outline passes, all pixels of the tile have one colour: it is found once, and as the
+// gradient is linear in dL/dimage, that is summed over the tile's columns first and goes down the layers once.
+//
+// Images are planes of vectors, (CHANNELS, num_strips, num_tiles * TILE). Padding beyond the canvas is rendered and has
+// weight (or d_image) 0.
+#include "common.h"
+#include "composite.h"
+
+__kernel void composite_forward(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
+                                __global const int *strip_offsets, __global const int *winding,
+                                __global const realv *area, __global realv *image)
+{
+    int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
+    if (strip >= band.w) return;
+    Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 1);
+    int row = strip * num_tiles * TILE + tile * TILE, plane = num_strips * num_tiles * TILE;
+    Stack stack;
+    int edges, total = site_stack(site, 0, &stack, &edges);
+    Color color;
+    for (int column = 0; column < TILE; column++) {
+        if (column == 0 || edges) {
+            color = background_color(params);
+            for (int skip = 0; skip < total; skip += DEPTH) {
+                int ignored;
+                if (total > DEPTH) site_stack(site, skip, &stack, &ignored);
+                stack_forward(site, &stack, column, &color, 0);
+            }
+        }
+        for (int i = 0; i < CHANNELS; i++) image[i * plane + row + column] = color.c[i];
+    }
+}
+
+// Where dL/dimage comes from: given, or that of a weighted squared error.
+typedef struct {
+    __global const realv *d_image;                 // (CHANNELS, plane), or null
+    __global const realv *target, *weight;         // (CHANNELS, plane), (plane)
+    real scale;
+    int plane, row;
+} Objective;
+
+// L = sum over pixels of scale * weight * sum over channels of (C - target)^2, so dL/dC = 2 scale weight (C - target).
+// With the distance weight d' and scale 1/3 this is eq. (2), with weight 1 and scale 1 / (3 H W) the mean squared error.
+inline void objective_at(Objective objective, int column, Color color, Color *g, realv *loss)
+{
+    int at = objective.row + column;
+    if (objective.d_image) {
+        for (int i = 0; i < CHANNELS; i++) g->c[i] += objective.d_image[i * objective.plane + at];
+        return;
+    }
+    realv weight = objective.scale * objective.weight[at];
+    for (int i = 0; i < CHANNELS; i++) {
+        realv error = color.c[i] - objective.target[i * objective.plane + at];
+        *loss += weight * error * error;
+        g->c[i] += 2 * weight * error;
+    }
+}
+
+// Layers that are hidden all over the tile get no gradient.
+inline void clear_hidden(Site site, int bottom, __global realv *d_coverage, __global real4 *d_colors)
+{
+    for (int k = bottom; k < site.first; k++) {
+        int index = site_tile(site, k);
+        if (index < 0) continue;
+        d_colors[index] = 0;
+        if (site.winding[index] == EDGE)
+            for (int i = 0; i < TILE; i++) d_coverage[index * TILE + i] = 0;
+    }
+}
+
+// Composite DEPTH layers at a time, the topmost first: what lies below them is composited again, their own inputs are kept,
+// and the gradient goes on down from where the layers above left it.
+inline void tile_backward(Site site, int bottom, Objective objective, __global realv *d_coverage, __global real4 *d_colors,
+                          __global real *d_tile)
+{
+    clear_hidden(site, bottom, d_coverage, d_colors);
+    Stack stack;
+    Color below[DEPTH], d_color[DEPTH], g[TILE];
+    realv d_opacity[DEPTH], loss = 0;
+    int edges, total = site_stack(site, 0, &stack, &edges);
+    int step = edges ? 1 : TILE;  // columns that share one colour
+    int top_chunk = total > 0 ? (total - 1) / DEPTH : 0;
+    for (int chunk = top_chunk; chunk >= 0; chunk--) {
+        int ignored;
+        if (top_chunk > 0) site_stack(site, chunk * DEPTH, &stack, &ignored);
+        for (int k = 0; k < stack.count; k++) {
+            d_opacity[k] = 0;
+            for (int i = 0; i < CHANNELS; i++) d_color[k].c[i] = 0;
+        }
+        for (int column = 0; column < TILE; column += step) {
+            Color color = background_color(site.params);
+            for (int lower = 0; lower < chunk; lower++) {
+                Stack lower_stack;
+                site_stack(site, lower * DEPTH, &lower_stack, &ignored);
+                stack_forward(site, &lower_stack, column, &color, 0);
+            }
+            stack_forward(site, &stack, column, &color, below);
+            Color *gradient = &g[column];
+            if (chunk == top_chunk) {
+                for (int i = 0; i < CHANNELS; i++) gradient->c[i] = 0;
+                for (int i = column; i < column + step; i++) objective_at(objective, i, color, gradient, &loss);
+            }
+            for (int k = stack.count - 1; k >= 0; k--) {
+                __global const real *rgba = params_color(site.params, stack.layer[k]);
+                int index = stack.tile[k];
+                realv coverage = site_coverage(site, index, column);
+                realv d_a = over_backward(gradient, splat_color(rgba), below[k], rgba[3] * coverage, &d_color[k]);
+                d_opacity[k] += coverage * d_a;
+                if (site.winding[index] == EDGE) d_coverage[index * TILE + column] = rgba[3] * d_a;
+            }
+        }
+        for (int k = 0; k < stack.count; k++)
+            d_colors[stack.tile[k]] = (real4)(sum_lanes(d_color[k].c[0]), sum_lanes(d_color[k].c[1]),
+                                              sum_lanes(d_color[k].c[2]), sum_lanes(d_opacity[k]));
+    }
+    d_tile[0] = sum_lanes(loss);
+    for (int i = 0; i < 3; i++) {
+        realv d_background = 0;
+        for (int column = 0; column < TILE; column += step) d_background += g[column].c[i];
+        d_tile[1 + i] = site.covered ? (real)0 : sum_lanes(d_background);
+    }
+}
+
+// Backward for a given dL/dimage.
+//
+// params, spans, strip_offsets, winding, area  in, as in composite_forward       d_image  (CHANNELS, plane)  in
+// d_coverage  (num_tiles, TILE)  out, in EDGE tiles        d_colors  (num_tiles,)  out, dL/d(r, g, b, opacity) of the tile
+// d_tiles  (num_strips * num_tiles, 4)  out: 0, dL/dbackground of the tile
+__kernel void composite_backward(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
+                                 __global const int *strip_offsets, __global const int *winding,
+                                 __global const realv *area, __global const realv *d_image,
+                                 __global realv *d_coverage, __global real4 *d_colors, __global real *d_tiles)
+{
+    int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
+    if (strip >= band.w) return;
+    Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 2);
+    Objective objective = {d_image, 0, 0, 0, num_strips * num_tiles * TILE, (strip * num_tiles + tile) * TILE};
+    tile_backward(site, strip_offsets[strip], objective, d_coverage, d_colors, d_tiles + 4 * id);
+}
+
+// Forward, weighted squared error and backward at once, the image never leaving the work-item.
+//
+// target  (CHANNELS, plane)  in      weight  (plane)  in      d_tiles  (.., 4)  out: loss, dL/dbackground of the tile
+__kernel void composite_loss(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
+                             __global const int *strip_offsets, __global const int *winding,
+                             __global const realv *area, __global const realv *target,
+                             __global const realv *weight, real scale, __global realv *d_coverage,
+                             __global real4 *d_colors, __global real *d_tiles)
+{
+    int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
+    if (strip >= band.w) return;
+    Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 2);
+    Objective objective = {0, target, weight, scale, num_strips * num_tiles * TILE, (strip * num_tiles + tile) * TILE};
+    tile_backward(site, strip_offsets[strip], objective, d_coverage, d_colors, d_tiles + 4 * id);
+}

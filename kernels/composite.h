@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// One layer over what lies below it, and its gradient; the list of layers that a tile sees.
+
+typedef struct {
+    realv c[CHANNELS];
+} Color;
+
+// Forward, for a layer of straight colour c, opacity o and coverage v over what lies below, C:
+//     a = o v      C' = C + a (c - C)
+inline void over_forward(Color *below, Color color, realv a)
+{
+    for (int i = 0; i < CHANNELS; i++) below->c[i] += a * (color.c[i] - below->c[i]);
+}
+
+// Backward.  d_x stands for dL/dx; G' = dL/dC'.
+//     d_c = a G'      d_a = G' . (c - C)      G = dL/dC = (1 - a) G'      d_v = o d_a      d_o = v d_a
+// C is kept from the forward pass: recovering it as (C' - a c) / (1 - a) fails for opaque layers, where a = 1.
+// Returns d_a, turns G' into G, adds a G' to d_color.
+inline realv over_backward(Color *g, Color color, Color below, realv a, Color *d_color)
+{
+    realv d_a = 0;
+    for (int i = 0; i < CHANNELS; i++) {
+        d_a += g->c[i] * (color.c[i] - below.c[i]);
+        d_color->c[i] += a * g->c[i];
+        g->c[i] -= a * g->c[i];
+    }
+    return d_a;
+}
+
+inline Color splat_color(__global const real *rgb)
+{
+    Color color;
+    for (int i = 0; i < CHANNELS; i++) color.c[i] = (realv)(i < 3 ? rgb[i] : (real)1);
+    return color;
+}
+
+inline Color background_color(__global const real *params)
+{
+    Color color;
+    for (int i = 0; i < CHANNELS; i++) color.c[i] = (realv)(CHANNELS == 3 ? params[i] : (real)0);
+    return color;
+}
+
+// Layers that a tile sees, at most DEPTH of them at a time.
+#define DEPTH 32
+typedef struct {
+    int count;
+    int layer[DEPTH], tile[DEPTH];
+} Stack;
+
+typedef struct {
+    __global const real *params;
+    __global const int4 *spans;
+    __global const int *winding;
+    __global const realv *area;
+    int tile;         // column of the tile
+    int first, last;  // spans of the strip that count
+    int covered;      // nothing below `first` shows: the lowest layer that counts is opaque all over the tile
+} Site;
+
+// Index of a span's tile at the site, or -1 where the layer is not there.
+inline int site_tile(Site site, int span_id)
+{
+    int4 span = site.spans[span_id];
+    if (site.tile < span_first(span) || site.tile >= span_last(span)) return -1;
+    int index = span_tile(span, site.tile);
+    return site.winding[index] == 0 ? -1 : index;
+}
+
+// Leave out what cannot show: all below the num_opaque-th layer from the top that is opaque all over the tile. For colours
+// one such layer is enough; the gradient of its opacity needs what it hides, down to the next.
+inline Site site_at(__global const real *params, __global const int4 *spans, __global const int *strip_offsets,
+                    __global const int *winding, __global const realv *area, int strip, int tile, int num_opaque)
+{
+    Site site = {params, spans, winding, area, tile, strip_offsets[strip], strip_offsets[strip + 1], 0};
+    for (int k = site.last - 1; k >= site.first; k--) {
+        int index = site_tile(site, k);
+        if (index < 0 || winding[index] == EDGE || params_color(params, span_layer(spans[k]))[3] != 1) continue;
+        if (--num_opaque == 0) {
+            site.first = k;
+            site.covered = 1;
+        }
+    }
+    return site;
+}
+
+// The layers number skip, skip + 1, ... that the site sees. Returns how many it sees in all; *edges tells whether an outline
+// passes among them.
+inline int site_stack(Site site, int skip, Stack *stack, int *edges)
+{
+    int seen = 0;
+    stack->count = 0;
+    *edges = 0;
+    for (int k = site.first; k < site.last; k++) {
+        int index = site_tile(site, k);
+        if (index < 0) continue;
+        if (seen >= skip && stack->count < DEPTH) {
+            stack->layer[stack->count] = span_layer(site.spans[k]);
+            stack->tile[stack->count++] = index;
+        }
+        *edges |= site.winding[index] == EDGE;
+        seen++;
+    }
+    return seen;
+}
+
+inline realv site_coverage(Site site, int tile, int column)
+{
+    return site.winding[tile] == EDGE ? fmin(fabs(site.area[tile * TILE + column]), (realv)1) : (realv)1;
+}
+
+// Composite the stack over `color` in one column of the tile; `below` (may be null) receives what each layer covers.
+inline void stack_forward(Site site, const Stack *stack, int column, Color *color, Color *below)
+{
+    for (int i = 0; i < stack->count; i++) {
+        __global const real *rgba = params_color(site.params, stack->layer[i]);
+        if (below) below[i] = *color;
+        over_forward(color, splat_color(rgba), rgba[3] * site_coverage(site, stack->tile[i], column));
+    }
+}

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// Coverage: how much of each pixel lies inside a layer, and what moving the outline does to it.
+//
+// Let A(p) be the integral over pixel p of the layer's winding number. Each line from (x0, y0) to (x1, y1) adds to it, in
+// the rows it passes, its height dy times the share of the pixel to the right of the line; pixels farther right get dy in
+// full. So a line leaves dy (1 - u) in the pixels it crosses, u being the mean distance of its piece from the pixel's left
+// border, and a running sum of dy along the row does the rest:
+//
+//     A(column) = sum_{j < column} height(j) + area(column),   height = sum of dy,   area = sum of dy (1 - u)
+//     coverage  = min(|A|, 1)
+//
+// Exact for the nonzero rule where the winding numbers inside one pixel are all in {0, 1}, all in {0, -1}, all >= 1 or all
+// <= -1; elsewhere (a self-crossing, a doubled outline) off by up to .25 (.5) in that pixel.
+//
+// Only tiles that a line touches are stored by pixel (state EDGE); in any other tile A is the same whole number everywhere.
+#include "common.h"
+#include "walk.h"
+
+typedef struct {
+    int4 span;
+    __global int *winding;
+    __global realv *area, *height;
+} Row;
+
+// Make a tile an EDGE tile, clearing its sums when it is the first time; 0 outside the span.
+inline int touch(Row row, int tile)
+{
+    if (tile < span_first(row.span) || tile >= span_last(row.span)) return 0;
+    int index = span_tile(row.span, tile);
+    if (row.winding[index] != EDGE) {
+        row.winding[index] = EDGE;
+        for (int i = 0; i < TILE; i++) row.area[index * TILE + i] = row.height[index * TILE + i] = 0;
+    }
+    return 1;
+}
+
+inline void deposit(Row row, int column, int lane, real dy, real share)
+{
+    if (lane < 0 || lane >= LANES || column < 0 || !touch(row, column / TILE)) return;
+    int index = (span_tile(row.span, column / TILE) * TILE + column % TILE) * LANES + lane;
+    ((__global real *)row.area)[index] += dy * share;
+    ((__global real *)row.height)[index] += dy;
+}
+
+// The part of a line that passes left of the canvas acts on the first column in full.
+inline void deposit_left(Row row, real4 part, real top)
+{
+    for (int lane = 0; lane < LANES; lane++) {
+        real low = top + lane, high = low + 1;
+        real dy = clamp(part.w, low, high) - clamp(part.y, low, high);
+        if (dy != 0) deposit(row, 0, lane, dy, 1);
+    }
+}
+
+// Work-item: one span (a layer in a strip).
+//
+// spans  (num_spans,)  in              layer_segments  (N + 1,)  in, first segment of each layer
+// line_offsets  (M + 1,)  in           segment_bounds  (M,)  in         lines  (L,)  in, px
+// winding  (num_tiles,)  out           area  (num_tiles, TILE)  out: A, in EDGE tiles only
+// height  (num_tiles, TILE)  scratch (the memory that holds d_coverage later)
+__kernel void coverage_forward(int4 band, int num_columns, __global const int4 *spans,
+                               __global const int *layer_segments, __global const int *line_offsets,
+                               __global const real4 *segment_bounds, __global const real4 *lines,
+                               __global int *winding, __global realv *area, __global realv *height)
+{
+    int id = band.x + get_global_id(0);
+    if (id >= band.y) return;  // global size is padded
+    int4 span = spans[id];
+    Row row = {span, winding, area, height};
+    int layer = span_layer(span);
+    real top = span_strip(span) * LANES, bottom = top + LANES;
+    for (int tile = span_first(span); tile < span_last(span); tile++) winding[span_tile(span, tile)] = 0;
+
+    for (int segment = layer_segments[layer]; segment < layer_segments[layer + 1]; segment++) {
+        if (segment_bounds[segment].w < top || segment_bounds[segment].y > bottom) continue;
+        for (int k = line_offsets[segment]; k < line_offsets[segment + 1]; k++) {
+            real4 line = lines[k], part = line;
+            if (!clip_y(&part, top, bottom)) continue;
+            if (part.x < 0 || part.z < 0) {
+                real4 left = part;
+                clip_x(&left, -INFINITY, 0);
+                deposit_left(row, left, top);
+            }
+            if (!clip_x(&part, 0, num_columns)) continue;
+            Walk walk = walk_begin(part);
+            while (walk_next(&walk)) {
+                Piece piece = walk.piece;
+                real u = (piece.x0 + piece.x1) / 2 - piece.column;
+                deposit(row, piece.column, piece.row - (int)top, piece.y1 - piece.y0, 1 - u);
+                touch(row, piece.column / TILE);
+                if (part.x == piece.column && part.z == piece.column) touch(row, (piece.column + TILE - 1) / TILE - 1);
+            }
+        }
+    }
+
+    realv before = 0;  // sum of the heights left of the column
+    for (int tile = span_first(span); tile < span_last(span); tile++) {
+        int index = span_tile(span, tile);
+        if (winding[index] != EDGE) {
+            winding[index] = (int)rint(sum_lanes(before) / LANES);
+            before = winding[index];
+            continue;
+        }
+        for (int i = index * TILE; i < (index + 1) * TILE; i++) {
+            realv a = before + area[i];
+            before += height[i];
+            area[i] = select(a, rint(a), fabs(a - rint(a)) < SNAP);
+        }
+    }
+}
+
+typedef struct {
+    __global const int4 *spans;
+    __global const int2 *layer_strips;
+    __global const int *layer_spans;
+    __global const int *winding;
+    __global const real *area, *d_coverage;
+    int first_strip, last_strip, layer;
+} Cells;
+
+// d_coverage times d coverage / dA at a pixel; 0 where no coverage is stored. `direction` is the sign of the change of A
+// that counts, 0 for both.
+inline real cell_gradient(Cells cells, int column, int row, real direction)
+{
+    if (column < 0 || row < 0) return 0;
+    int2 strips = cells.layer_strips[cells.layer];
+    int strip = row / LANES, tile = column / TILE;
+    if (strip < max(cells.first_strip, strips_first(strips)) || strip >= min(cells.last_strip, strips_last(strips))) return 0;
+    int4 span = cells.spans[cells.layer_spans[strips.x + strip]];
+    if (tile < span_first(span) || tile >= span_last(span) || cells.winding[span_tile(span, tile)] != EDGE) return 0;
+    int index = (span_tile(span, tile) * TILE + column % TILE) * LANES + row % LANES;
+    real a = cells.area[index];
+    real slope = sign(a);                                             // of |A|
+    if (a == 0) slope = direction;                                    // |A| can only grow
+    if (fabs(a) > 1 + SNAP) slope = 0;                                // saturated
+    if (fabs(a) >= 1 - SNAP && a * direction > 0) slope = 0;          // about to saturate
+    return slope * cells.d_coverage[index];
+}
+
+// Backward.  Moving a point of a line by (mx, my) changes A of the pixel it lies in by n . (mx, my) per unit of the line's
+// parameter s, with n = (-dy, dx), not normalized. A line's ends move it by (1 - s) and s. With g = dL/dA of the pixels that
+// the line crosses (dL/dcoverage times the slope of min(|A|, 1), which is sign(A) or, where saturated, 0):
+//
+//     d_v0 = n sum over pixels of g * integral of (1 - s) ds,      d_v1 = n sum over pixels of g * integral of s ds
+//
+// It is right summed over a closed subpath. A line exactly on a border between pixels moves into one or the other: the
+// gradient is the mean of the two one-sided ones, g = (g before + g after) / 2, each with the slope for the change of A that
+// moving there makes: sign(n) moving towards larger coordinates, -sign(n) the other way.
+//
+// Work-item: one line.
+//
+// lines  (L,)  in          line_layers  (L,)  in          spans, layer_strips, layer_spans  in: where tiles are
+// winding, area, d_coverage  in, as left by coverage_forward and compositing
+// d_lines  (L,)  out, loss per px of (x0, y0, x1, y1)
+__kernel void coverage_backward(int4 band, int num_lines, int width, int height, __global const real4 *lines,
+                                __global const int *line_layers, __global const int4 *spans,
+                                __global const int2 *layer_strips, __global const int *layer_spans,
+                                __global const int *winding, __global const real *area,
+                                __global const real *d_coverage, __global real4 *d_lines)
+{
+    int id = get_global_id(0);
+    if (id >= num_lines) return;
+    real4 line = lines[id], part = line;
+    real2 d = line.zw - line.xy, normal = (real2)(-d.y, d.x);
+    real g0 = 0, g1 = 0;
+    Cells cells = {spans, layer_strips, layer_spans, winding, area, d_coverage, band.z, band.w, line_layers[id]};
+    int on_column_border = d.x == 0 && d.y != 0 && line.x == floor(line.x);
+    int on_row_border = d.y == 0 && d.x != 0 && line.y == floor(line.y);
+    if ((d.x != 0 || d.y != 0) && clip_y(&part, 0, height) && clip_x(&part, 0, width)) {
+        Walk walk = walk_begin(part);
+        while (walk_next(&walk)) {
+            Piece p = walk.piece;
+            real s0, s1;
+            if (fabs(d.x) > fabs(d.y)) s0 = (p.x0 - line.x) / d.x, s1 = (p.x1 - line.x) / d.x;
+            else s0 = (p.y0 - line.y) / d.y, s1 = (p.y1 - line.y) / d.y;
+            real g;
+            if (on_column_border)
+                g = (cell_gradient(cells, p.column - 1, p.row, -sign(normal.x)) +
+                     cell_gradient(cells, p.column, p.row, sign(normal.x))) / 2;
+            else if (on_row_border)
+                g = (cell_gradient(cells, p.column, p.row - 1, -sign(normal.y)) +
+                     cell_gradient(cells, p.column, p.row, sign(normal.y))) / 2;
+            else
+                g = cell_gradient(cells, p.column, p.row, 0);
+            real middle = (s0 + s1) / 2;
+            g0 += g * (s1 - s0) * (1 - middle);
+            g1 += g * (s1 - s0) * middle;
+        }
+    }
+    real4 d_line = (real4)(normal * g0, normal * g1);
+    d_lines[id] = band.z > 0 ? d_lines[id] + d_line : d_line;
+}

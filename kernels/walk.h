@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Walk along a line from pixel to pixel: the common part of coverage and its gradient.
+
+// A line's piece inside one pixel: from (x0, y0) to (x1, y1), in the line's direction.
+typedef struct {
+    int column, row;
+    real x0, y0, x1, y1;
+} Piece;
+
+enum { WALK_BEGUN, WALK_CROSSES_COLUMN, WALK_CROSSES_ROW, WALK_ENDED };
+
+typedef struct {
+    real4 line;                 // (x0, y0, x1, y1)
+    real inverse_dx, inverse_dy;
+    int step_x, step_y;         // direction, -1 or 1
+    int columns_left, rows_left;  // borders still to cross
+    int state;                  // how the piece ends
+    Piece piece;
+} Walk;
+
+// Cut the part of a line where its y lies within [low, high]; 0 where nothing is left. Cut ends lie exactly at the limit.
+inline int clip_y(real4 *line, real low, real high)
+{
+    real4 v = *line;
+    if (fmax(v.y, v.w) < low || fmin(v.y, v.w) > high) return 0;
+    real slope = v.w == v.y ? (real)0 : (v.z - v.x) / (v.w - v.y);
+    real4 cut = v;
+    if (v.y < low) cut.xy = (real2)(v.x + (low - v.y) * slope, low);
+    if (v.y > high) cut.xy = (real2)(v.x + (high - v.y) * slope, high);
+    if (v.w < low) cut.zw = (real2)(v.x + (low - v.y) * slope, low);
+    if (v.w > high) cut.zw = (real2)(v.x + (high - v.y) * slope, high);
+    *line = cut;
+    return 1;
+}
+
+inline int clip_x(real4 *line, real low, real high)
+{
+    real4 turned = (*line).yxwz;
+    int some = clip_y(&turned, low, high);
+    *line = turned.yxwz;
+    return some;
+}
+
+// The pixel row or column that a point enters moving by d, and the one that it came through; a line that lies on a border
+// (d = 0) belongs to the pixels after it.
+inline int cell_entered(real p, real d) { return (int)(d < 0 ? ceil(p) - 1 : floor(p)); }
+inline int cell_left(real p, real d) { return (int)(d > 0 ? ceil(p) - 1 : floor(p)); }
+
+inline Walk walk_begin(real4 line)
+{
+    Walk walk;
+    real dx = line.z - line.x, dy = line.w - line.y;
+    walk.line = line;
+    walk.inverse_dx = dx != 0 ? 1 / dx : (real)0;
+    walk.inverse_dy = dy != 0 ? 1 / dy : (real)0;
+    walk.step_x = dx < 0 ? -1 : 1;
+    walk.step_y = dy < 0 ? -1 : 1;
+    walk.piece.column = cell_entered(line.x, dx);
+    walk.piece.row = cell_entered(line.y, dy);
+    walk.columns_left = abs(cell_left(line.z, dx) - walk.piece.column);
+    walk.rows_left = abs(cell_left(line.w, dy) - walk.piece.row);
+    walk.piece.x1 = line.x;
+    walk.piece.y1 = line.y;
+    walk.state = WALK_BEGUN;
+    return walk;
+}
+
+// Go on to the next piece; 0 when the line has ended. The borders to cross are counted beforehand, so rounding can neither
+// skip a pixel nor walk for ever; pieces meet exactly, so their heights add up to the line's.
+inline int walk_next(Walk *walk)
+{
+    if (walk->state == WALK_ENDED) return 0;
+    Piece *piece = &walk->piece;
+    if (walk->state == WALK_CROSSES_COLUMN) piece->column += walk->step_x, walk->columns_left--;
+    if (walk->state == WALK_CROSSES_ROW) piece->row += walk->step_y, walk->rows_left--;
+    piece->x0 = piece->x1;
+    piece->y0 = piece->y1;
+    if (walk->columns_left <= 0 && walk->rows_left <= 0) {
+        piece->x1 = walk->line.z;
+        piece->y1 = walk->line.w;
+        walk->state = WALK_ENDED;
+        return 1;
+    }
+    real border_x = piece->column + (walk->step_x > 0), border_y = piece->row + (walk->step_y > 0);
+    real s_x = walk->columns_left > 0 ? (border_x - walk->line.x) * walk->inverse_dx : (real)2;
+    real s_y = walk->rows_left > 0 ? (border_y - walk->line.y) * walk->inverse_dy : (real)2;
+    if (s_x <= s_y) {
+        piece->x1 = border_x;
+        real y = walk->line.y + s_x * (walk->line.w - walk->line.y);
+        piece->y1 = clamp(y, (real)piece->row, (real)(piece->row + 1));
+        walk->state = WALK_CROSSES_COLUMN;
+    } else {
+        real x = walk->line.x + s_y * (walk->line.z - walk->line.x);
+        piece->x1 = clamp(x, (real)piece->column, (real)(piece->column + 1));
+        piece->y1 = border_y;
+        walk->state = WALK_CROSSES_ROW;
+    }
+    return 1;
+}

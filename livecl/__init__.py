@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""livecl: turns a picture into a layered, human-editable SVG of few closed Bézier paths.
+
+An implementation of LIVE ("Towards Layer-wise Image Vectorization", CVPR 2022) on OpenCL. Names are loaded when first
+used, so that ``import livecl`` is quick and SVG work needs no OpenCL device.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from livecl.device import list_devices
+    from livecl.drawing import Drawing
+    from livecl.errors import DeviceError, ImageError, KernelBuildError, LiveclError, SvgError
+    from livecl.image import read_image
+    from livecl.rasterizer import Gradients, Rasterizer, render
+    from livecl.svg import read_svg
+    from livecl.vectorizer import Options, Result, State, vectorize
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "DeviceError",
+    "Drawing",
+    "Gradients",
+    "ImageError",
+    "KernelBuildError",
+    "LiveclError",
+    "Options",
+    "Rasterizer",
+    "Result",
+    "State",
+    "SvgError",
+    "list_devices",
+    "read_image",
+    "read_svg",
+    "render",
+    "vectorize",
+]
+
+_MODULES = {
+    "device": ["list_devices"],
+    "drawing": ["Drawing"],
+    "errors": ["DeviceError", "ImageError", "KernelBuildError", "LiveclError", "SvgError"],
+    "image": ["read_image"],
+    "rasterizer": ["Gradients", "Rasterizer", "render"],
+    "svg": ["read_svg"],
+    "vectorizer": ["Options", "Result", "State", "vectorize"],
+}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULE_OF:
+        return getattr(importlib.import_module(f"livecl.{_MODULE_OF[name]}"), name)
+    raise AttributeError(f"module 'livecl' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Drawing`: a canvas with layers of closed cubic Bézier paths, in packed arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+#: Largest coordinate accepted, px: beyond it float32 no longer resolves a sixteenth of a pixel.
+MAX_COORDINATE = 1e6
+#: Largest canvas side accepted, px.
+MAX_SIDE = 32768
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class Drawing:
+    """Layers of closed cubic Bézier paths over a background.
+
+    A row of `points` is a segment (anchor, handle, handle): the next row's anchor ends it, the subpath's first anchor
+    ends the subpath's last segment. A subpath is a closed run of segments; a layer is one or more subpaths, filled
+    together by the nonzero rule with one colour; layer 0 is painted first. The arrays are read-only copies: use
+    :meth:`replace` to change one.
+
+    Parameters
+    ----------
+    points : (M, 3, 2) array_like
+        Control points (x, y), px, y down; pixel centres lie at (column + 0.5, row + 0.5).
+    colors : (N, 4) array_like
+        Straight RGBA in [0, 1] of each layer's fill; A is the opacity.
+    size : (int, int)
+        Height and width of the canvas, px.
+    background : (3,) array_like or None
+        Opaque RGB in [0, 1] beneath all layers; None for a transparent canvas.
+    subpath_offsets : (S + 1,) array_like of int, optional
+        Subpath s has the segments ``subpath_offsets[s]:subpath_offsets[s + 1]``.
+    layer_offsets : (N + 1,) array_like of int, optional
+        Layer n has the subpaths ``layer_offsets[n]:layer_offsets[n + 1]``.
+        Without offsets, the M segments are shared equally by the N layers, one subpath each.
+    stages : (N,) array_like of int, optional
+        Stage of the learning course that added each layer; all 0 where not given.
+
+    Raises
+    ------
+    ValueError
+        If shapes, offsets or numbers do not fit together; the message names the argument.
+    """
+
+    points: FloatArray
+    colors: FloatArray
+    size: tuple[int, int]
+    background: FloatArray | None = dataclasses.field(default_factory=lambda: np.ones(3))
+    subpath_offsets: IntArray = None  # type: ignore[assignment]  # filled in by __post_init__
+    layer_offsets: IntArray = None  # type: ignore[assignment]  # filled in by __post_init__
+    stages: IntArray = None  # type: ignore[assignment]  # filled in by __post_init__
+
+    def __post_init__(self) -> None:
+        def put(name: str, value: Any) -> None:
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+        put("size", _checked_size(self.size))
+        points = _checked_floats("points", self.points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
+        colors = _checked_floats("colors", self.colors, (-1, 4), 0.0, 1.0)
+        put("points", points)
+        put("colors", colors)
+        if self.background is not None:
+            put("background", _checked_floats("background", self.background, (3,), 0.0, 1.0))
+        num_segments, num_layers = len(points), len(colors)
+        if (self.subpath_offsets is None) != (self.layer_offsets is None):
+            raise ValueError("subpath_offsets and layer_offsets must be given together, or neither")
+        if self.subpath_offsets is None:
+            if num_layers and (num_segments % num_layers or not num_segments):
+                raise ValueError(
+                    f"points: {num_segments} segments cannot be shared equally by {num_layers} layers; "
+                    "give subpath_offsets and layer_offsets"
+                )
+            put("subpath_offsets", np.linspace(0, num_segments, num_layers + 1).astype(np.int32))
+            put("layer_offsets", np.arange(num_layers + 1, dtype=np.int32))
+        else:
+            subpath_offsets = _checked_offsets("subpath_offsets", self.subpath_offsets, None, num_segments)
+            put("subpath_offsets", subpath_offsets)
+            put(
+                "layer_offsets",
+                _checked_offsets("layer_offsets", self.layer_offsets, num_layers, len(subpath_offsets) - 1),
+            )
+        if not num_layers and num_segments:
+            raise ValueError(f"points: {num_segments} segments belong to no layer, as colors is empty")
+        stages = np.zeros(num_layers, np.int32) if self.stages is None else np.array(self.stages, np.int32)
+        if stages.shape != (num_layers,):
+            raise ValueError(f"stages: shape {stages.shape}, wanted ({num_layers},)")
+        put("stages", stages)
+
+    @property
+    def num_layers(self) -> int:
+        """Number of layers, N."""
+        return len(self.colors)
+
+    @property
+    def num_segments(self) -> int:
+        """Number of cubic segments, M."""
+        return len(self.points)
+
+    @property
+    def segment_offsets(self) -> IntArray:
+        """First segment of each layer, and M at the end: (N + 1,) int."""
+        return self.subpath_offsets[self.layer_offsets]
+
+    @property
+    def segment_layers(self) -> IntArray:
+        """Layer of each segment: (M,) int."""
+        return np.repeat(np.arange(self.num_layers, dtype=np.int32), np.diff(self.segment_offsets))
+
+    @property
+    def next_segments(self) -> IntArray:
+        """Segment whose anchor ends each segment: (M,) int, a permutation."""
+        following = np.arange(1, self.num_segments + 1, dtype=np.int32)
+        following[self.subpath_offsets[1:] - 1] = self.subpath_offsets[:-1]
+        return following
+
+    @property
+    def cubics(self) -> FloatArray:
+        """The four control points of every segment: (M, 4, 2)."""
+        return np.concatenate([self.points, self.points[self.next_segments, :1]], axis=1)
+
+    def replace(self, **changes: Any) -> Drawing:
+        """Return a copy with some arguments changed."""
+        return dataclasses.replace(self, **changes)
+
+    def moved(self, points: FloatArray, colors: FloatArray, background: FloatArray | None) -> Drawing:
+        """Return the drawing with other numbers and the same structure, unchecked: for loops that call it often.
+
+        The arrays are taken as they are, not copied; the caller does not change them afterwards.
+        """
+        drawing = object.__new__(Drawing)
+        drawing.__dict__.update(self.__dict__, points=points, colors=colors, background=background)
+        return drawing
+
+    def same_structure(self, other: Drawing) -> bool:
+        """Return whether `other` shares this drawing's offsets: one was made from the other by :meth:`moved`."""
+        return self.subpath_offsets is other.subpath_offsets and self.layer_offsets is other.layer_offsets
+
+    def layer_subset(self, keep: ArrayLike) -> Drawing:
+        """Return the drawing of some of the layers.
+
+        Parameters
+        ----------
+        keep : (N,) array_like of bool or (K,) array_like of int
+            Layers to keep, as a mask or as indices in the wanted paint order.
+
+        Returns
+        -------
+        Drawing
+            K layers on the same canvas.
+        """
+        layers = np.arange(self.num_layers)[np.asarray(keep)]
+        subpaths = _ranges(self.layer_offsets, layers)
+        segments = _ranges(self.subpath_offsets, subpaths)
+        return self.replace(
+            points=self.points[segments],
+            colors=self.colors[layers],
+            subpath_offsets=_offsets(np.diff(self.subpath_offsets)[subpaths]),
+            layer_offsets=_offsets(np.diff(self.layer_offsets)[layers]),
+            stages=self.stages[layers],
+        )
+
+    def save_svg(self, path: str | os.PathLike[str]) -> None:
+        """Write the drawing as SVG, replacing an existing file atomically; see :mod:`livecl.svg`."""
+        from livecl.svg import save_svg
+
+        save_svg(self, path)
+
+    def _repr_svg_(self) -> str:
+        from livecl.svg import format_svg
+
+        return format_svg(self)
+
+
+def concatenate(below: Drawing, above: Drawing) -> Drawing:
+    """Put the layers of one drawing above those of another, on the canvas and background of `below`."""
+    return below.replace(
+        points=np.concatenate([below.points, above.points]),
+        colors=np.concatenate([below.colors, above.colors]),
+        subpath_offsets=np.concatenate([below.subpath_offsets, above.subpath_offsets[1:] + below.num_segments]),
+        layer_offsets=np.concatenate([below.layer_offsets, above.layer_offsets[1:] + below.layer_offsets[-1]]),
+        stages=np.concatenate([below.stages, above.stages]),
+    )
+
+
+def empty_drawing(size: tuple[int, int], background: ArrayLike | None = (1.0, 1.0, 1.0)) -> Drawing:
+    """Return a drawing without layers."""
+    return Drawing(
+        points=np.zeros((0, 3, 2)),
+        colors=np.zeros((0, 4)),
+        size=size,
+        background=background,  # type: ignore[arg-type]  # converted by Drawing
+    )
+
+
+def _checked_size(size: Any) -> tuple[int, int]:
+    try:
+        height, width = size
+        if int(height) != height or int(width) != width:
+            raise ValueError
+    except (TypeError, ValueError):
+        raise ValueError(f"size: got {size!r}, wanted (height, width) as two whole numbers of pixels") from None
+    if not (1 <= height <= MAX_SIDE and 1 <= width <= MAX_SIDE):
+        raise ValueError(f"size: got {size!r}, wanted sides of 1 to {MAX_SIDE} px")
+    return int(height), int(width)
+
+
+def _checked_floats(name: str, value: Any, shape: tuple[int, ...], low: float, high: float) -> FloatArray:
+    array = np.array(value, dtype=np.float64)
+    wanted = "(" + ", ".join("any" if n < 0 else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
+    if array.ndim != len(shape) or any(n not in (-1, m) for n, m in zip(shape, array.shape, strict=True)):
+        raise ValueError(f"{name}: shape {array.shape}, wanted {wanted}")
+    if not np.all((array >= low) & (array <= high)):
+        raise ValueError(f"{name}: all numbers must be finite and within [{low:g}, {high:g}]")
+    return array
+
+
+def _checked_offsets(name: str, value: Any, count: int | None, end: int) -> IntArray:
+    array = np.array(value, dtype=np.int32)
+    if array.ndim != 1 or not len(array) or (count is not None and len(array) != count + 1):
+        raise ValueError(f"{name}: shape {array.shape}, wanted {'one offset more than items' if count is None else (count + 1,)}")
+    if array[0] != 0 or array[-1] != end or np.any(np.diff(array) < 1):
+        raise ValueError(f"{name}: offsets must rise from 0 to {end} with at least one item each")
+    return array
+
+
+def _offsets(counts: IntArray) -> IntArray:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+
+
+def _ranges(offsets: IntArray, items: NDArray[Any]) -> NDArray[Any]:
+    """Indices of all members of the given items, in their order."""
+    parts = [np.arange(offsets[i], offsets[i + 1]) for i in items]
+    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fixtures: the OpenCL devices, rasterizers that are built once, and the pictures beside the repository."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from livecl.rasterizer import Rasterizer
+
+RasterizerFor = Callable[[tuple[int, int], type], "Rasterizer"]
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Run every test that asks for `device`, itself or through a fixture, on all OpenCL devices found."""
+    if "device" in metafunc.fixturenames:
+        import livecl
+
+        try:
+            devices: list[Any] = list(livecl.list_devices())
+        except livecl.DeviceError:
+            devices = []
+        # Without a device the tests run with None, and fail with the message that says how to get one.
+        metafunc.parametrize(
+            "device",
+            [device.index for device in devices] or [None],
+            ids=[f"device{device.index}" for device in devices] or ["no-device"],
+            scope="session",
+        )
+
+
+@pytest.fixture(scope="session")
+def rasterizer_for(device: int | None) -> RasterizerFor:
+    """Return a function (size, dtype) -> Rasterizer on the device, which builds each only once."""
+    from livecl.device import choose_device
+    from livecl.rasterizer import Rasterizer
+
+    made: dict[tuple[tuple[int, int], type], Rasterizer] = {}
+
+    def rasterizer(size: tuple[int, int], dtype: type) -> Rasterizer:
+        key = (tuple(size), dtype)
+        if key not in made:
+            if dtype(0).itemsize == 8 and not choose_device(device).double_fp_config:
+                pytest.skip("the device has no double precision")
+            made[key] = Rasterizer(size, device=device, dtype=dtype)
+        return made[key]
+
+    return rasterizer
+
+
+@pytest.fixture(scope="session")
+def data_dir() -> pathlib.Path:
+    """Return the folder of sample pictures beside the repository; skip where it is absent."""
+    folder = pathlib.Path(__file__).resolve().parents[2] / "shared" / "data"
+    if not folder.is_dir():
+        pytest.skip("the sample pictures (../shared/data) are not here")
+    return folder
