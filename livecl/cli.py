@@ -25,7 +25,8 @@ from livecl.errors import DeviceError, ImageError, LiveclError
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-    from livecl.vectorizer import Options, Result, Step
+    from livecl.options import Options
+    from livecl.vectorizer import Result, Step
 
 #: Exit codes, beside 0.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -67,7 +68,7 @@ class _Job:
     stages: Path | None
     schedule: tuple[int, ...]
     options: Options
-    device: int | str | None
+    device: str | None
     seed: int
     quiet: bool
 
@@ -135,7 +136,7 @@ def build_parser() -> argparse.ArgumentParser:
     add("--xing-weight", type=_weight, metavar="X", help="weight of the loss against self-crossing")
     add("--placement", choices=("component", "random"), help="where new paths start: where the error is, or anywhere")
     add("--shape", choices=("circle", "random"), help="what new paths start as")
-    add("--background", metavar="COLOR", help="white, #rrggbb, or train to learn it")
+    add("--background", type=_background, metavar="COLOR", help="white, #rrggbb, or train to learn it")
     add("--seed", type=_whole(0), default=0, metavar="N", help="seed of all random choices (default: 0)")
     add("--device", metavar="D", help="OpenCL device: its index or a part of its name (default: $LIVECL_DEVICE)")
     add("--list-devices", action="store_true", help="list the OpenCL devices and exit")
@@ -169,38 +170,48 @@ def _weight(text: str) -> float:
     return value
 
 
+def _background(text: str) -> str:
+    from livecl.svg import parse_color
+
+    try:
+        if text != "train":
+            parse_color(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+    return text
+
+
 def _list_devices() -> None:
     from livecl.device import list_devices
 
-    try:
-        devices = list_devices()
-    except DeviceError as error:
-        raise _BadInputError(str(error)) from error
+    devices = list_devices()
     if not devices:
-        raise _BadInputError("no OpenCL device was found; `pip install pyopencl[pocl]` brings one for the CPU")
+        _check_device(None)
     for device in devices:
-        print(f"{device.index}: {device.name} ({device.kind}, {device.platform}, {device.version})")  # noqa: T201
+        print(device)  # noqa: T201
 
 
 def _checked(arguments: argparse.Namespace) -> _Job:
     """Read the picture and check all else that is asked for, without touching a file."""
-    if arguments.input is None or arguments.output is None:
-        missing = [name for name, value in (("IN", arguments.input), ("-o", arguments.output)) if value is None]
+    missing = [name for name, value in (("IN", arguments.input), ("-o", arguments.output)) if not value]
+    if missing:
         raise _BadInputError(f"nothing to do without {' and '.join(missing)}: livecl IN -o OUT.svg (see --help)")
     schedule = _checked_schedule(arguments)
     options = _checked_options(arguments)
     output = Path(arguments.output)
     stages = None if arguments.stages is None else Path(arguments.stages)
     report = None if arguments.json is None else Path(arguments.json)
+    image = _checked_image(arguments.input)
     _check_outputs(Path(arguments.input), output, report, stages, len(schedule))
+    _check_device(arguments.device)
     return _Job(
-        image=_checked_image(arguments.input),
+        image=image,
         output=output,
         json=report,
         stages=stages,
         schedule=schedule,
         options=options,
-        device=_checked_device(arguments.device),
+        device=arguments.device,
         seed=arguments.seed,
         quiet=arguments.quiet,
     )
@@ -212,68 +223,69 @@ def _checked_schedule(arguments: argparse.Namespace) -> tuple[int, ...]:
     try:
         return parse_schedule(arguments.schedule, arguments.paths)
     except ValueError as error:
-        raise _BadInputError(f"--schedule: {error}") from error
+        raise _BadInputError(str(error)) from error
 
 
 def _checked_options(arguments: argparse.Namespace) -> Options:
-    from livecl.vectorizer import Options
+    from livecl.options import PRESETS
 
-    presets = {"default": Options, "paper": Options.paper, "released": Options.released}
     given = {name: getattr(arguments, name) for name in OPTION_NAMES if getattr(arguments, name) is not None}
     try:
-        return dataclasses.replace(presets[arguments.preset](), **given)
+        return PRESETS[arguments.preset](**given)
     except ValueError as error:
         raise _BadInputError(str(error)) from error
 
 
 def _checked_image(path: str) -> Any:
+    from livecl.drawing import empty_drawing
     from livecl.image import read_image
 
-    if Path(path).is_dir():
-        raise _BadInputError(f"{path}: is a folder, wanted a picture")
     try:
-        return read_image(path)
-    except OSError as error:
-        raise _BadInputError(f"{path}: {error.strerror or error}") from error
+        image = read_image(path)
     except ImageError as error:
         raise _BadInputError(str(error)) from error
+    try:
+        empty_drawing(image.shape[:2])
+    except ValueError as error:
+        raise _BadInputError(f"{path}: {error}") from error
+    return image
 
 
-def _checked_device(device: str | None) -> int | str | None:
+def _check_device(device: str | None) -> None:
     from livecl.device import choose_device
 
-    spec = int(device) if device is not None and device.isascii() and device.isdigit() else device
     try:
-        choose_device(spec)
-    except (DeviceError, ValueError) as error:
+        choose_device(device)
+    except DeviceError as error:
         raise _BadInputError(str(error)) from error
-    return spec
 
 
 def _check_outputs(source: Path, output: Path, report: Path | None, stages: Path | None, num_stages: int) -> None:
     """Refuse what could not be written at the end, and what would overwrite the picture or another output."""
     files = [output] if report is None else [output, report]
-    if stages is not None:
-        if stages.is_dir():
-            _check_folder(stages, stages)
-        elif stages.exists():
-            raise _BadInputError(f"{stages}: is a file, wanted a folder for the stages")
-        else:
-            _check_folder(stages.parent, stages)
-        files += [_stage_path(stages, index) for index in range(num_stages)]
     for file in files:
-        if file.is_dir():
-            raise _BadInputError(f"{file}: is a folder, wanted a file to write")
-        if file.exists() and not file.is_file():
-            raise _BadInputError(f"{file}: is not a regular file and would be replaced by one")
-    for file in files[: 1 if report is None else 2]:
-        _check_folder(file.parent, file)
+        _check_file(file)
+    if stages is not None:
+        if not stages.exists():
+            _check_folder(stages.parent, stages)
+        elif not stages.is_dir():
+            raise _BadInputError(f"{stages}: is a file, wanted a folder for the stages")
+        for index in range(num_stages if stages.exists() else 0):
+            _check_file(_stage_path(stages, index))
+        files += [_stage_path(stages, index) for index in range(num_stages)]
     places = [os.path.realpath(file) for file in files]
     for file, place in zip(files, places, strict=True):
-        if place == os.path.realpath(source) or (file.exists() and source.exists() and file.samefile(source)):
+        if file.exists() and file.samefile(source):
             raise _BadInputError(f"{file}: is the picture itself and would be overwritten")
-        if places.count(place) > 1:
+        if places.count(place) > 1 and not file.is_char_device():
             raise _BadInputError(f"{file}: two outputs would go to this file")
+
+
+def _check_file(file: Path) -> None:
+    if file.is_dir():
+        raise _BadInputError(f"{file}: is a folder, wanted a file to write")
+    if not file.exists() or file.is_file():
+        _check_folder(Path(os.path.realpath(file)).parent, file)
 
 
 def _check_folder(folder: Path, wanted: Path) -> None:
@@ -314,10 +326,7 @@ def _work(job: _Job) -> None:
     if job.json is not None:
         write_atomically(job.json, json.dumps(_report(job, result), indent=2, allow_nan=False) + "\n")
     if not job.quiet:
-        _say(
-            f"{job.output}: {result.drawing.num_layers} paths, MSE {result.mse:.3g}, {result.seconds:.1f} s "
-            f"on {result.device}"
-        )
+        _say(f"{job.output}: {result.drawing.num_layers} paths, MSE {result.mse:.3g}, {result.seconds:.1f} s")
 
 
 def _report(job: _Job, result: Result) -> dict[str, Any]:
@@ -372,7 +381,7 @@ class _Progress:
             self._mse = f"{step.mse:.3g}"
         self._bar.set_description(f"stage {step.stage + 1}/{step.num_stages}", refresh=False)
         self._bar.set_postfix_str(f"paths {step.paths}, MSE {self._mse}", refresh=False)
-        self._bar.update(step.stage * step.iterations + step.iteration + 1 - self._bar.n)
+        self._bar.update(step.stage * step.iterations + step.iteration - self._bar.n)
 
 
 def _say(message: str) -> None:

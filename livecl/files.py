@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import os
 import secrets
+from pathlib import Path
 
 
 def write_atomically(path: str | os.PathLike[str], data: str | bytes) -> None:
@@ -28,21 +29,20 @@ def write_atomically(path: str | os.PathLike[str], data: str | bytes) -> None:
         If the file cannot be written; nothing is left beside it.
     """
     content = data.encode() if isinstance(data, str) else data
-    target = os.path.realpath(path)
-    if os.path.exists(target) and not os.path.isfile(target):
-        with open(target, "wb") as stream:
+    target = Path(path).resolve()
+    if target.exists() and not target.is_file():
+        with target.open("wb") as stream:
             stream.write(content)
         return
-    temporary = os.path.join(os.path.dirname(target), f".livecl-{secrets.token_hex(8)}.tmp")
+    temporary = target.with_name(f".livecl-{secrets.token_hex(8)}.tmp")
     try:
-        with open(temporary, "xb") as stream:
+        with temporary.open("xb") as stream:
             stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
         with contextlib.suppress(FileNotFoundError):
-            os.chmod(temporary, os.stat(target).st_mode & 0o7777)
-        os.replace(temporary, target)
+            temporary.chmod(target.stat().st_mode & 0o7777)
+        temporary.replace(target)
     except BaseException:
-        with contextlib.suppress(FileNotFoundError):
-            os.unlink(temporary)
+        temporary.unlink(missing_ok=True)
         raise

@@ -130,7 +130,7 @@ def _line(start: ArrayLike, end: ArrayLike) -> FloatArray:
 
 
 def _arc(arc: Any) -> FloatArray:
-    """Cubics of an elliptical arc, equal turns d of at most 90 degrees; handles are 4/3 tan(d/4) radii long."""
+    """Return the cubics of an elliptical arc: equal turns d of at most 90 degrees, handles 4/3 tan(d/4) radii long."""
     count = max(1, math.ceil(abs(arc.sweep) / (math.pi / 2) - 1e-9))
     t = arc.get_start_t() + arc.sweep * np.arange(count + 1) / count
     handle = 4 / 3 * math.tan(arc.sweep / count / 4)
@@ -145,7 +145,7 @@ def _arc(arc: Any) -> FloatArray:
 
 
 def _closed(segments: Iterable[Any]) -> list[FloatArray]:
-    """Closed subpaths of svgelements' segments, each ended by a line where it does not end at its start."""
+    """Return the closed subpaths of svgelements' segments, each ended by a line where it does not end at its start."""
     from svgelements import Arc, Close, CubicBezier, Move, QuadraticBezier
 
     outline: list[FloatArray] = []
@@ -159,7 +159,7 @@ def _closed(segments: Iterable[Any]) -> list[FloatArray]:
         nonlocal lines
         if cubics:
             scale = max(1.0, float(np.abs(start).max()))
-            if np.abs(point - start).max() <= 1e-9 * scale:
+            if np.abs(point - start).max() <= 1e-6 * scale:
                 cubics[-1][3] = start
             else:
                 cubics.append(_line(point, start))
@@ -200,14 +200,14 @@ def _closed(segments: Iterable[Any]) -> list[FloatArray]:
 
 
 def _flattened(subpath: FloatArray, tolerance: float) -> FloatArray:
-    """Corners (K, 2) of a subpath flattened to `tolerance`, the first repeated at the end."""
+    """Return the corners (K, 2) of a subpath flattened to `tolerance`, the first repeated at the end."""
     pieces = bezier.pieces_for(subpath, tolerance)
     parts = [bezier.evaluate(cubic, np.arange(n) / n) for cubic, n in zip(subpath, pieces, strict=True)]
     return np.concatenate([*parts, subpath[:1, 0]])
 
 
 def _crossings(polyline: FloatArray, y: float) -> tuple[FloatArray, FloatArray]:
-    """Abscissae at which a polyline crosses a row, and the direction, +1 downwards, of each crossing."""
+    """Return the abscissae at which a polyline crosses a row, and the direction, +1 downwards, of each crossing."""
     below = polyline[:, 1] > y
     at = np.flatnonzero(below[1:] != below[:-1])
     (x0, y0), (x1, y1) = polyline[at].T, polyline[at + 1].T
@@ -215,7 +215,7 @@ def _crossings(polyline: FloatArray, y: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _rules_agree(polylines: list[FloatArray], narrow: float) -> bool:
-    """Whether no stretch of a row, wider than `narrow`, has an even winding number other than zero."""
+    """Return whether no stretch of a row, wider than `narrow`, has an even winding number other than zero."""
     low = min(float(polyline[:, 1].min()) for polyline in polylines)
     high = max(float(polyline[:, 1].max()) for polyline in polylines)
     for y in low + (high - low) * (np.arange(_NUM_ROWS) + 0.5) / _NUM_ROWS:

@@ -37,8 +37,8 @@ def parse_rgba(text: str) -> Rgba:
         word = named.lower()
     if match := _HEX.fullmatch(word):
         digits = match[1] if len(match[1]) > 4 else "".join(2 * digit for digit in match[1])
-        red, green, blue, alpha = bytes.fromhex(digits.ljust(8, "f"))
-        return red / 255, green / 255, blue / 255, alpha / 255
+        levels = bytes.fromhex(digits.ljust(8, "f"))
+        return levels[0] / 255, levels[1] / 255, levels[2] / 255, levels[3] / 255
     if match := _FUNCTION.fullmatch(word):
         parts = re.split(r"\s*[,/]\s*|\s+", match[2].strip())
         if len(parts) in (3, 4):

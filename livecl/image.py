@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures in files to arrays and back, arrays over a background."""
+
+from __future__ import annotations
+
+import io
+import os
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.errors import ImageError
+from livecl.files import write_atomically
+from livecl.image_decoding import MAX_PIXELS, TOO_LARGE, decoded
+
+if TYPE_CHECKING:
+    from PIL.ImageFile import ImageFile
+
+#: How far beyond [0, 1] a float picture may overshoot (filters ring) before its scale is called wrong; it is clipped.
+OVERSHOOT = 0.01
+_TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+_ADVICE = "give a whole PNG, JPEG, GIF, WebP, TIFF or BMP file"
+
+FloatArray = NDArray[np.float32]
+
+
+def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
+    """Read a picture as straight colours.
+
+    Applied: an EXIF turn, a palette and its transparency, colour profiles other than sRGB (at 8 bits). Grey and CMYK
+    become RGB; of animations and stacks the first picture is taken. PNG and TIFF of 16 bits, and float TIFF, keep
+    their precision; other formats are read at 8 bits.
+
+    Parameters
+    ----------
+    source : path, bytes or binary file
+        The picture.
+
+    Returns
+    -------
+    (H, W, 3) or (H, W, 4) float32
+        Straight RGB in [0, 1]; RGBA where some alpha is below 1.
+
+    Raises
+    ------
+    ImageError
+        If there is no such file, or it holds no whole picture, more than 89 million pixels, or numbers that are not
+        finite or not within [0, 1].
+    """
+    name, data = _content(source)
+    image = _opened(name, data)
+    try:
+        color, alpha, orientation = decoded(name, data, image)
+    except ImageError as error:
+        raise ImageError(f"{name}: {error}") from error
+    except Exception as error:  # decoders meet damaged data with exceptions of every kind
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise ImageError(f"{name}: the picture is damaged or cut off ({reason}); {_ADVICE}") from error
+    rgb = np.broadcast_to(color, (*color.shape[:2], 3))
+    pixels = rgb if alpha is None else np.concatenate([rgb, alpha], axis=2)
+    if not np.isfinite(pixels).all():
+        raise ImageError(f"{name}: some pixels are not finite numbers; replace them first")
+    low, high = float(pixels.min()), float(pixels.max())
+    if low < -OVERSHOOT or high > 1 + OVERSHOOT:
+        raise ImageError(f"{name}: pixels range from {low:g} to {high:g}; scale them to [0, 1]")
+    if pixels.shape[2] == 4 and pixels[..., 3].min() >= 1:
+        pixels = pixels[..., :3]
+    return np.ascontiguousarray(_turned(np.clip(pixels, 0, 1), orientation), dtype=np.float32)
+
+
+def over_background(image: ArrayLike, background: ArrayLike) -> FloatArray:
+    """Composite a picture over a colour.
+
+    Parameters
+    ----------
+    image : (H, W, 3) or (H, W, 4) array_like
+        Straight RGB or RGBA in [0, 1].
+    background : (3,) array_like
+        Opaque RGB in [0, 1].
+
+    Returns
+    -------
+    (H, W, 3) float32
+        ``alpha * rgb + (1 - alpha) * background``; a copy of `image` where it has no alpha.
+    """
+    pixels = _checked(image)
+    ground = np.asarray(background, dtype=np.float32)
+    if ground.shape != (3,):
+        raise ValueError(f"background: shape {ground.shape}, wanted (3,)")
+    if pixels.shape[2] == 3:
+        return pixels.copy()
+    alpha = pixels[..., 3:]
+    composite: FloatArray = alpha * pixels[..., :3] + (1 - alpha) * ground
+    return composite
+
+
+def save_image(path: str | os.PathLike[str], image: ArrayLike) -> None:
+    """Write a picture as an 8-bit PNG file, replacing an existing one atomically.
+
+    Parameters
+    ----------
+    path : path
+        File to write.
+    image : (H, W, 3) or (H, W, 4) array_like
+        Straight RGB or RGBA; numbers are clipped to [0, 1].
+
+    Raises
+    ------
+    ValueError
+        If `image` has another shape or holds numbers that are not finite.
+    OSError
+        If the file cannot be written.
+    """
+    from PIL import Image
+
+    pixels = _checked(image)
+    if not np.isfinite(pixels).all():
+        raise ValueError("image: all numbers must be finite")
+    stream = io.BytesIO()
+    Image.fromarray(np.rint(np.clip(pixels, 0, 1) * 255).astype(np.uint8)).save(stream, "PNG")
+    write_atomically(path, stream.getvalue())
+
+
+def _checked(image: ArrayLike) -> FloatArray:
+    pixels = np.asarray(image, dtype=np.float32)
+    if pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or not pixels.size:
+        raise ValueError(f"image: shape {pixels.shape}, wanted (H, W, 3) or (H, W, 4)")
+    return pixels
+
+
+def _content(source: str | os.PathLike[str] | bytes | BinaryIO) -> tuple[str, bytes]:
+    """Return a name for messages, and the file's bytes."""
+    if isinstance(source, bytes):
+        name, data = "picture data", source
+    elif isinstance(source, (str, os.PathLike)):
+        name = os.fspath(source)
+        try:
+            data = Path(source).read_bytes()
+        except FileNotFoundError as error:
+            raise ImageError(f"{name}: there is no such file; check the path") from error
+        except IsADirectoryError as error:
+            raise ImageError(f"{name}: is a directory; give a picture file in it") from error
+        except (OSError, ValueError) as error:
+            raise ImageError(f"{name}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
+    elif hasattr(source, "read"):
+        name, data = str(getattr(source, "name", "picture data")), source.read()
+        if not isinstance(data, bytes):
+            raise TypeError("source: the file is open for text; open it in binary mode")
+    else:
+        raise TypeError(f"source: got {type(source).__name__}, wanted a path, bytes or a binary file")
+    if not data:
+        raise ImageError(f"{name}: the file is empty; {_ADVICE}")
+    return name, data
+
+
+def _opened(name: str, data: bytes) -> ImageFile | None:
+    """Return Pillow's picture, its pixels not yet decoded; None for a TIFF of a kind that Pillow does not know."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            image = Image.open(io.BytesIO(data))
+    except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
+        raise ImageError(f"{name}: {TOO_LARGE}") from error
+    except UnidentifiedImageError as error:
+        if data.startswith(_TIFF_STARTS):
+            return None
+        raise ImageError(f"{name}: not a picture of a kind that can be read; {_ADVICE}") from error
+    except Exception as error:  # as in read_image
+        raise ImageError(f"{name}: the picture is damaged or cut off ({error}); {_ADVICE}") from error
+    if image.width * image.height > MAX_PIXELS:
+        raise ImageError(f"{name}: {TOO_LARGE}")
+    return image
+
+
+def _turned(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:
+    """Apply an EXIF orientation, 1 to 8, to (H, W, C): a transposition from 5 on, then flips."""
+    if orientation in (5, 6, 7, 8):
+        pixels = pixels.swapaxes(0, 1)
+    if orientation in (2, 3, 6, 7):
+        pixels = pixels[:, ::-1]
+    if orientation in (3, 4, 7, 8):
+        pixels = pixels[::-1]
+    return pixels

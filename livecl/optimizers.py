@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Adam (Kingma and Ba 2015) for parameters of different ages, and the decay of its learning rate."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+
+BETA1, BETA2, EPSILON = 0.9, 0.999, 1e-8
+
+
+@dataclasses.dataclass
+class Adam:
+    """First and second moments of one array of parameters, whose rows may have joined at different times.
+
+    Attributes
+    ----------
+    mean, square : (K, ...) float64
+        Moving averages of the gradient and of its square.
+    ages : (K,) int64
+        Steps that each row has taken.
+    """
+
+    mean: FloatArray
+    square: FloatArray
+    ages: NDArray[np.int64]
+
+    @classmethod
+    def start(cls, shape: tuple[int, ...]) -> Adam:
+        """Return the state before the first step."""
+        return cls(np.zeros(shape), np.zeros(shape), np.zeros(shape[0], np.int64))
+
+    def extend(self, count: int) -> None:
+        """Append `count` rows of age 0; the others keep their moments."""
+        more = Adam.start((count, *self.mean.shape[1:]))
+        self.mean = np.concatenate([self.mean, more.mean])
+        self.square = np.concatenate([self.square, more.square])
+        self.ages = np.concatenate([self.ages, more.ages])
+
+    def step(self, gradient: FloatArray, learning_rate: ArrayLike) -> FloatArray:
+        """Take in a gradient and return the change of the parameters.
+
+        Parameters
+        ----------
+        gradient : (K, ...) float64
+            dL/dparameters.
+        learning_rate : float or (K,) array_like
+            Step length, in units of the parameters.
+
+        Returns
+        -------
+        (K, ...) float64
+            What to add to the parameters.
+        """
+        self.ages += 1
+        self.mean += (1 - BETA1) * (gradient - self.mean)
+        self.square += (1 - BETA2) * (gradient * gradient - self.square)
+        correction = np.sqrt(1 - BETA2**self.ages) / (1 - BETA1**self.ages)
+        rate = (learning_rate * correction).reshape(-1, *[1] * (gradient.ndim - 1))
+        root = np.sqrt(1 - BETA2**self.ages).reshape(rate.shape)
+        return -rate * self.mean / (np.sqrt(self.square) + EPSILON * root)
+
+
+def decayed(ages: NDArray[np.int64], factor: float, period: int) -> FloatArray:
+    """Return the share of the learning rate left at each age: `factor` every `period` steps, straight lines between."""
+    whole, part = np.divmod(ages, period)
+    start = np.power(float(factor), whole)
+    return np.asarray(start * (1 - part / period * (1 - factor)), dtype=np.float64)

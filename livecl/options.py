@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters of the method, and the presets that name sets of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any, Literal, get_args, get_type_hints
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Options:
+    """Parameters of the method; what belongs to one run (paths, schedule, seed, device) is passed to `vectorize`.
+
+    Parameters
+    ----------
+    iterations : int
+        Steps of each stage.
+    segments : int
+        Cubic segments of each path.
+    loss : "udf" or "mse"
+        Squared error under the distance weight (eq. 1-2), or its plain mean.
+    xing_weight : float
+        Weight of the Xing loss (eq. 4), lambda.
+    placement : "component" or "random"
+        Where new paths start: on the largest components of the error, or anywhere.
+    shape : "circle" or "random"
+        What new paths look like.
+    background : str
+        "white", "#rrggbb", or "train" to start from white and train it.
+    radius : float
+        Radius of the circle, px.
+    tau : float
+        Reach of the distance weight, px.
+    color_threshold : float
+        Differences of colour under it count as right already, c_alpha.
+    bins : int
+        Bins of about equal population that the other differences are sorted into.
+    learning_rate, color_learning_rate : float
+        Adam's step for control points, px, and for colours.
+    decay : float
+        Factor of the learning rates after each 500 steps of a path's age; 1 for none.
+    new_color : "target" or "random"
+        Fill of new paths: the target's colour at the centre, or any colour and opacity.
+    variant : "paper" or "released"
+        Whose distance weight, Xing loss and placement rule: the text's, or the authors' program's.
+
+    Raises
+    ------
+    ValueError
+        If a value is not one of those named or out of range; the message names the field.
+    """
+
+    iterations: int = 500
+    segments: int = 4
+    loss: Literal["udf", "mse"] = "udf"
+    xing_weight: float = 0.01
+    placement: Literal["component", "random"] = "component"
+    shape: Literal["circle", "random"] = "circle"
+    background: str = "white"
+    radius: float = 5.0
+    tau: float = 10.0
+    color_threshold: float = 0.1
+    bins: int = 200
+    learning_rate: float = 1.0
+    color_learning_rate: float = 0.01
+    decay: float = 1.0
+    new_color: Literal["target", "random"] = "target"
+    variant: Literal["paper", "released"] = "paper"
+
+    def __post_init__(self) -> None:
+        for name, hint in get_type_hints(Options).items():
+            value = getattr(self, name)
+            if hint is int and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
+                raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least 1")
+            if hint is float and not (isinstance(value, (int, float)) and math.isfinite(value) and value >= 0):
+                raise ValueError(f"{name}: got {value!r}, wanted a number of at least 0")
+            if get_args(hint) and value not in get_args(hint):
+                raise ValueError(f"{name}: got {value!r}, wanted {' or '.join(map(repr, get_args(hint)))}")
+        for name in ("radius", "tau", "learning_rate", "color_learning_rate", "decay"):
+            if getattr(self, name) == 0:
+                raise ValueError(f"{name}: got 0, wanted a positive number")
+        self.background_color()
+
+    def background_color(self) -> tuple[float, float, float]:
+        """Return the background that a run starts with, RGB in [0, 1]."""
+        from livecl.svg import parse_color
+
+        red, green, blue = parse_color("white" if self.background == "train" else self.background)
+        return float(red), float(green), float(blue)
+
+    @classmethod
+    def paper(cls, **changes: Any) -> Options:
+        """Return exactly what the paper's text says."""
+        return cls(**{**_PAPER, **changes})
+
+    @classmethod
+    def released(cls, **changes: Any) -> Options:
+        """Return what the authors' released program does where it differs from their text.
+
+        One distance weight for the union of the newest paths, added to those of earlier stages; Xing loss of the newest
+        paths only, with a further factor of 1e-3; learning rates that fall to 0.4 every 500 steps; components of the
+        summed squared difference, the fullest bin first.
+        """
+        return cls(**{**_PAPER, "variant": "released", "decay": 0.4, "xing_weight": 1e-5, **changes})
+
+    @classmethod
+    def diffvg(cls, **changes: Any) -> Options:
+        """Return the paper's comparison: random paths of random colours, trained on the mean squared error.
+
+        To be run with all paths in one stage.
+        """
+        baseline = {"loss": "mse", "xing_weight": 0.0, "placement": "random", "shape": "random", "new_color": "random"}
+        return cls(**{**_PAPER, **baseline, **changes})
+
+
+_PAPER: dict[str, Any] = {field.name: field.default for field in dataclasses.fields(Options)}
+
+#: Presets by the name that the command line knows them by.
+PRESETS = {"default": Options, "paper": Options.paper, "released": Options.released, "diffvg": Options.diffvg}

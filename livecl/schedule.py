@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How many paths each stage adds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+#: The most paths that a stage of the growing schedule adds (the paper's implementation details).
+MOST_PER_STAGE = 32
+
+
+def growing_schedule(paths: int) -> tuple[int, ...]:
+    """Return the paper's schedule: stage i adds min(2^(i-1), 32) paths, the last is cut to reach `paths`.
+
+    >>> growing_schedule(8)
+    (1, 2, 4, 1)
+    """
+    stages: list[int] = []
+    while sum(stages) < paths:
+        stages.append(min(2 ** len(stages), MOST_PER_STAGE, paths - sum(stages)))
+    return tuple(stages)
+
+
+def parse_schedule(schedule: str | Sequence[int] | None, paths: int | None = None) -> tuple[int, ...]:
+    """Return the paths that each stage adds.
+
+    Parameters
+    ----------
+    schedule : str, sequence of int, or None
+        ``"exp"`` or None for the growing schedule, else the paths of each stage, as numbers or as text "1,1,2".
+    paths : int or None
+        Paths in all; the growing schedule without a number makes 8. A list fixes the number itself.
+
+    Raises
+    ------
+    ValueError
+        If the schedule cannot be read, holds other than positive whole numbers, or does not add up to `paths`.
+
+    >>> parse_schedule("1,1,2")
+    (1, 1, 2)
+    """
+    if paths is not None and (isinstance(paths, bool) or not isinstance(paths, int) or paths < 1):
+        raise ValueError(f"paths: got {paths!r}, wanted a whole number of at least 1")
+    if schedule is None or schedule == "exp":
+        return growing_schedule(8 if paths is None else paths)
+    parts = schedule.split(",") if isinstance(schedule, str) else schedule
+    try:
+        stages = tuple(int(part) for part in parts)
+        if any(int(part) != float(part) for part in parts):
+            raise ValueError
+    except (TypeError, ValueError):
+        stages = ()
+    if not stages or min(stages) < 1:
+        raise ValueError(f"schedule: got {schedule!r}, wanted 'exp' or positive whole numbers such as 1,1,2,4")
+    if paths is not None and sum(stages) != paths:
+        raise ValueError(f"schedule: {','.join(map(str, stages))} adds {sum(stages)} paths, but paths is {paths}")
+    return stages

@@ -1,0 +1,366 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The outer loop: stages that place paths, and iterations that train all of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.drawing import Drawing, concatenate, empty_drawing
+from livecl.errors import LiveclError
+from livecl.image import over_background
+from livecl.losses import xing_loss
+from livecl.optimizers import decayed
+from livecl.options import Options
+from livecl.placement import place_paths
+from livecl.rasterizer import DeviceImage, Gradients, Rasterizer
+from livecl.schedule import parse_schedule
+from livecl.state import State
+from livecl.svg import format_svg, quantize, save_svg
+
+#: Steps after which the numbers of lines that flatten the segments are looked at again.
+PIECES_PERIOD = 10
+#: Steps over which the learning rate decays by the factor that the options name.
+DECAY_PERIOD = 500
+
+
+@dataclasses.dataclass(frozen=True)
+class Step:
+    """What a callback is told of an iteration.
+
+    Attributes
+    ----------
+    stage, num_stages : int
+        Stage under way, from 0 on, and how many there are.
+    iteration, iterations : int
+        Steps of the stage done, and how many there are.
+    paths : int
+        Layers of the drawing.
+    loss : float
+        Loss before the step, Xing loss included.
+    """
+
+    stage: int
+    num_stages: int
+    iteration: int
+    iterations: int
+    paths: int
+    loss: float
+    _vectorizer: Vectorizer = dataclasses.field(repr=False)
+
+    @property
+    def drawing(self) -> Drawing:
+        """The drawing after the step."""
+        return self._vectorizer.state.drawing
+
+    @property
+    def mse(self) -> float:
+        """Mean squared error of the drawing after the step; renders it."""
+        return self._vectorizer.mse(self.drawing)
+
+
+@dataclasses.dataclass(frozen=True)
+class Stage:
+    """Outcome of a stage: the drawing as it would be saved, its mean squared error, steps, seconds with placement."""
+
+    drawing: Drawing
+    mse: float
+    iterations: int
+    seconds: float
+
+    @property
+    def paths(self) -> int:
+        """Layers of the drawing."""
+        return self.drawing.num_layers
+
+
+@dataclasses.dataclass(frozen=True)
+class Result:
+    """Outcome of a run.
+
+    Attributes
+    ----------
+    drawing : Drawing
+        The drawing as it is saved: colours of 8 bits, coordinates rounded.
+    mse : float
+        Mean over pixels and RGB of the squared difference from the target, in the program's own render.
+    stages : tuple of Stage
+        Outcome of each stage.
+    seconds, compile_seconds : float
+        Time of the stages, and of making the kernels ready before.
+    device : str
+        The device that was used.
+    options : Options
+        Parameters of the method.
+    """
+
+    drawing: Drawing
+    mse: float
+    stages: tuple[Stage, ...]
+    seconds: float
+    compile_seconds: float
+    device: str
+    options: Options
+
+    @property
+    def svg(self) -> str:
+        """The drawing as SVG text."""
+        return format_svg(self.drawing)
+
+    def save_svg(self, path: str | os.PathLike[str]) -> None:
+        """Write the drawing as SVG, replacing an existing file atomically."""
+        save_svg(self.drawing, path)
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+
+class Vectorizer:
+    """A run that is under way: what is on the device, and the state that says where it stands.
+
+    Parameters
+    ----------
+    image : (H, W, 3) or (H, W, 4) array_like
+        Target in [0, 1]; straight alpha is laid over the background.
+    state : State
+        Where to go on; :meth:`State.start` for a new run.
+    device : int, str or None
+        OpenCL device.
+    """
+
+    def __init__(self, image: ArrayLike, state: State, device: int | str | None = None) -> None:
+        image = checked_image(image)
+        if state.drawing.size != image.shape[:2]:
+            raise ValueError(f"image: {image.shape[:2]} pixels, wanted the drawing's {state.drawing.size}")
+        self.state = state
+        if image.shape[2] == 4:
+            image = over_background(image, state.options.background_color())
+        self.target: NDArray[np.float32] = image
+        self.rasterizer = Rasterizer(state.drawing.size, device)
+        self._target = self.rasterizer.upload(image)
+        self._ones = self.rasterizer.upload(np.ones(state.drawing.size))
+
+    def mse(self, drawing: Drawing) -> float:
+        """Return the mean over pixels and channels of the squared difference from the target."""
+        difference = self.rasterizer.forward(drawing) - self.target
+        return float(np.mean(np.square(difference, dtype=np.float64)))
+
+    def warm_up(self) -> None:
+        """Have the device compile what a step needs: runtimes compile a kernel when it is first launched."""
+        drawing = concatenate(empty_drawing(self.target.shape[:2]), self._new_paths(1, np.random.default_rng(0)))
+        self.rasterizer.forward(drawing)
+        self.rasterizer.distance_weight_on_device(drawing, self.state.options.tau)
+        self.rasterizer.loss_and_gradients(drawing, self._target, self._ones)
+
+    def begin_stage(self) -> None:
+        """Add the paths of the stage under way to the drawing."""
+        state = self.state
+        if state.stage and state.options.variant == "released":
+            state.kept_weight = self._released_weight(state.drawing, state.stage - 1)
+        new = self._new_paths(state.schedule[state.stage], state.rng)
+        new = new.replace(stages=np.full(new.num_layers, state.stage))
+        state.drawing = concatenate(state.drawing, new)
+        state.points.extend(new.num_segments)
+        state.colors.extend(new.num_layers)
+        state.pieces = self.rasterizer.pieces(state.drawing)
+
+    def step(self) -> float:
+        """Do one iteration: loss, gradient, Adam. Returns the loss.
+
+        Raises
+        ------
+        LiveclError
+            If loss or gradient are not finite; the state is as it was before.
+        """
+        state, options = self.state, self.state.options
+        drawing = state.drawing
+        if state.iteration % PIECES_PERIOD == 0:
+            self._choose_pieces()
+        weight, scale = self._weight(drawing)
+        loss, gradients = self.rasterizer.loss_and_gradients(drawing, self._target, weight, state.pieces, scale)
+        d_points, d_colors = gradients.points, gradients.colors
+        if options.xing_weight > 0:
+            xing, d_xing = self._xing(drawing)
+            loss += options.xing_weight * xing
+            d_points += options.xing_weight * d_xing
+        if not (np.isfinite(loss) and np.isfinite(d_points).all() and np.isfinite(d_colors).all()):
+            raise LiveclError(f"loss or gradient is not finite in stage {state.stage + 1}, step {state.iteration + 1}")
+        self._move(drawing, gradients)
+        state.iteration += 1
+        return loss
+
+    def _new_paths(self, count: int, rng: np.random.Generator) -> Drawing:
+        image = self.rasterizer.forward(self.state.drawing)
+        return place_paths(self.target, image, count, self.state.options, rng)
+
+    def _choose_pieces(self) -> None:
+        """Flatten finer where a segment has grown, and coarser where it has shrunk to a quarter."""
+        needed = self.rasterizer.pieces(self.state.drawing)
+        held = self.state.pieces
+        if np.any(needed > held) or np.any(2 * needed < held):
+            self.state.pieces = needed
+
+    def _weight(self, drawing: Drawing) -> tuple[DeviceImage, float]:
+        """Weight of each pixel's error and the common factor: eq. (1) and the 1/3 of eq. (2), or those of a mean."""
+        state, options = self.state, self.state.options
+        num_pixels = self.target.shape[0] * self.target.shape[1]
+        if options.loss == "mse":
+            return self._ones, 1 / (3 * num_pixels)
+        if options.variant == "paper":
+            return self.rasterizer.distance_weight_on_device(drawing, options.tau, state.pieces), 1 / 3
+        return self.rasterizer.upload(self._released_weight(drawing, state.stage)), 1 / num_pixels
+
+    def _released_weight(self, drawing: Drawing, stage: int) -> NDArray[Any]:
+        """Weight of the authors' program: the newest paths' closeness, at most 1, added to what earlier stages left."""
+        state = self.state
+        newest = int(np.searchsorted(drawing.stages, stage))
+        closest = self.rasterizer.download(
+            self.rasterizer.distance_weight_on_device(drawing, state.options.tau, state.pieces, closest_from=newest)
+        )[..., 0]
+        weight = closest / max(float(closest.max()), 1e-12)
+        return weight if state.kept_weight is None else np.minimum(weight + state.kept_weight, 1)
+
+    def _xing(self, drawing: Drawing) -> tuple[float, NDArray[np.float64]]:
+        """Xing loss and its gradient for (anchor, handle, handle): of all paths, or of the newest (released program)."""
+        cubics = drawing.cubics
+        first = 0
+        if self.state.options.variant == "released":
+            first = int(drawing.segment_offsets[np.searchsorted(drawing.stages, self.state.stage)])
+        value, d_cubics = xing_loss(cubics[first:])
+        d_points = np.zeros_like(drawing.points)
+        d_points[first:] = d_cubics[:, :3]
+        d_points[drawing.next_segments[first:], 0] += d_cubics[:, 3]
+        return value, d_points
+
+    def _move(self, drawing: Drawing, gradients: Gradients) -> None:
+        """One step of Adam; colours stay within [0, 1]."""
+        state, options = self.state, self.state.options
+
+        def rate(base: float, ages: NDArray[np.int64]) -> ArrayLike:
+            return base if options.decay == 1 else base * decayed(ages, options.decay, DECAY_PERIOD)
+
+        points = drawing.points + state.points.step(gradients.points, rate(options.learning_rate, state.points.ages))
+        color_rate = rate(options.color_learning_rate, state.colors.ages)
+        colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
+        background = drawing.background
+        if options.background == "train" and background is not None and gradients.background is not None:
+            change = state.background.step(gradients.background[None], options.color_learning_rate)
+            background = np.clip(background + change[0], 0, 1)
+        state.drawing = drawing.moved(points, colors, background)
+
+
+def checked_image(image: ArrayLike) -> NDArray[np.float32]:
+    """Return an image as (H, W, 3) or (H, W, 4) float32 in [0, 1]; grey (H, W) gets three equal channels.
+
+    Raises
+    ------
+    ValueError
+        If it is of another shape, or holds numbers that are not finite and within [0, 1].
+    """
+    array = np.asarray(image)
+    if array.ndim == 2:
+        array = np.repeat(array[..., None], 3, axis=2)
+    if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
+        raise ValueError(f"image: shape {array.shape}, wanted (H, W, 3), or (H, W, 4) with straight alpha")
+    if not np.issubdtype(array.dtype, np.floating):
+        raise ValueError(f"image: numbers of type {array.dtype}, wanted floats in [0, 1] (livecl.read_image makes them)")
+    if not np.all((array >= 0) & (array <= 1)):
+        raise ValueError("image: all numbers must be finite and within [0, 1]")
+    return array.astype(np.float32)
+
+
+def vectorize(
+    image: ArrayLike,
+    paths: int | None = None,
+    schedule: str | Sequence[int] | None = None,
+    options: Options | None = None,
+    device: int | str | None = None,
+    seed: int = 0,
+    on_step: Callable[[Step], bool | None] | None = None,
+) -> Result:
+    """Turn a picture into a drawing of few closed paths, layer by layer.
+
+    Parameters
+    ----------
+    image : (H, W, 3) or (H, W, 4) array_like
+        Target in [0, 1]; straight alpha is laid over the background.
+    paths : int, optional
+        Number of paths; 8 where neither this nor a list of stages is given.
+    schedule : "exp" or sequence of int, optional
+        Paths that each stage adds, see :func:`livecl.schedule.parse_schedule`.
+    options : Options, optional
+        Parameters of the method.
+    device : int, str or None
+        OpenCL device, see :func:`livecl.device.choose_device`.
+    seed : int
+        Seed of whatever is random.
+    on_step : callable, optional
+        Called with a :class:`Step` after each iteration; where it returns true the run stops there.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    ValueError
+        If an argument is not usable; the message names it.
+    DeviceError, KernelBuildError
+        If the device cannot be had.
+    LiveclError
+        If the loss stops being finite.
+    """
+    options = Options() if options is None else options
+    stages = parse_schedule(schedule, paths)
+    target = checked_image(image)
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise ValueError(f"seed: got {seed!r}, wanted a whole number of at least 0")
+    start = time.perf_counter()
+    drawing = empty_drawing((target.shape[0], target.shape[1]), options.background_color())
+    vectorizer = Vectorizer(target, State.start(drawing, options, stages, seed), device)
+    vectorizer.warm_up()
+    compiled = time.perf_counter()
+    outcomes = run(vectorizer, on_step)
+    return Result(
+        drawing=outcomes[-1].drawing,
+        mse=outcomes[-1].mse,
+        stages=tuple(outcomes),
+        seconds=sum(outcome.seconds for outcome in outcomes),
+        compile_seconds=compiled - start,
+        device=str(vectorizer.rasterizer.device.info),
+        options=options,
+    )
+
+
+def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = None) -> list[Stage]:
+    """Go on from the vectorizer's state to the end of its schedule, or until the callback stops it."""
+    state = vectorizer.state
+    outcomes: list[Stage] = []
+    stopped = False
+    while state.stage < len(state.schedule) and not stopped:
+        start = time.perf_counter()
+        first = state.iteration
+        if first == 0:
+            vectorizer.begin_stage()
+        while state.iteration < state.options.iterations and not stopped:
+            loss = vectorizer.step()
+            if on_step is not None:
+                place = (state.stage, len(state.schedule), state.iteration, state.options.iterations)
+                stopped = bool(on_step(Step(*place, state.drawing.num_layers, loss, vectorizer)))
+        seconds = time.perf_counter() - start
+        drawing = visible_layers(quantize(state.drawing))
+        outcomes.append(Stage(drawing, vectorizer.mse(drawing), state.iteration - first, seconds))
+        if not stopped:
+            state.stage, state.iteration = state.stage + 1, 0
+    return outcomes
+
+
+def visible_layers(drawing: Drawing) -> Drawing:
+    """Return the drawing without the layers that came to nothing: those whose opacity is 0."""
+    return drawing.layer_subset(drawing.colors[:, 3] > 0)
