@@ -57,16 +57,16 @@ inline void deposit_left(Row row, real4 part, real top)
 // spans  (num_spans,)  in              layer_segments  (N + 1,)  in, first segment of each layer
 // line_offsets  (M + 1,)  in           segment_bounds  (M,)  in         lines  (L,)  in, px
 // winding  (num_tiles,)  out           area  (num_tiles, TILE)  out: A, in EDGE tiles only
-// height  (num_tiles, TILE)  scratch (the memory that holds d_coverage later)
+// d_coverage  (num_tiles, TILE)  scratch, the sums `height`, until compositing puts the gradient there
 __kernel void coverage_forward(int4 band, int num_columns, __global const int4 *spans,
                                __global const int *layer_segments, __global const int *line_offsets,
                                __global const real4 *segment_bounds, __global const real4 *lines,
-                               __global int *winding, __global realv *area, __global realv *height)
+                               __global int *winding, __global realv *area, __global realv *d_coverage)
 {
     int id = band.x + get_global_id(0);
     if (id >= band.y) return;  // global size is padded
     int4 span = spans[id];
-    Row row = {span, winding, area, height};
+    Row row = {span, winding, area, d_coverage};
     int layer = span_layer(span);
     real top = span_strip(span) * LANES, bottom = top + LANES;
     for (int tile = span_first(span); tile < span_last(span); tile++) winding[span_tile(span, tile)] = 0;
@@ -103,7 +103,7 @@ __kernel void coverage_forward(int4 band, int num_columns, __global const int4 *
         }
         for (int i = index * TILE; i < (index + 1) * TILE; i++) {
             realv a = before + area[i];
-            before += height[i];
+            before += row.height[i];
             area[i] = select(a, rint(a), fabs(a - rint(a)) < SNAP);
         }
     }

@@ -7,17 +7,17 @@
 // Written with differences, a segment whose control points share an x (or y) keeps it exactly: edges on pixel borders
 // stay there. The last vertex is D itself, so that neighbouring segments meet.
 //
-// params           see common.h  in       next_segment  (M,)      in, whose anchor is D
+// params           see common.h  in       next_segments  (M,)      in, whose anchor is D
 // line_offsets     (M + 1,)      in       lines         (L,)      out, (x0, y0, x1, y1) px
 // segment_bounds   (M,)          out, (x_min, y_min, x_max, y_max) of the segment's lines, px
 __kernel void flatten_forward(int num_segments, int num_layers, __global const real *params,
-                              __global const int *next_segment, __global const int *line_offsets,
+                              __global const int *next_segments, __global const int *line_offsets,
                               __global real4 *lines, __global real4 *segment_bounds)
 {
     int segment = get_global_id(0);
     if (segment >= num_segments) return;  // global size is padded
     __global const real *p = params_points(params, num_layers, segment);
-    __global const real *q = params_points(params, num_layers, next_segment[segment]);
+    __global const real *q = params_points(params, num_layers, next_segments[segment]);
     real2 a = (real2)(p[0], p[1]), b = (real2)(p[2], p[3]), c = (real2)(p[4], p[5]), d = (real2)(q[0], q[1]);
     real2 k1 = (real)3 * (b - a), k2 = (real)3 * ((c - b) - (b - a)), k3 = (d - a) + (real)3 * (b - c);
     int begin = line_offsets[segment], pieces = line_offsets[segment + 1] - begin;

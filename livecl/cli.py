@@ -12,6 +12,7 @@ import dataclasses
 import json
 import math
 import os
+import shutil
 import sys
 import tempfile
 import time
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
 #: Exit codes, beside 0.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+#: Paths where neither a number nor a list is given.
+DEFAULT_PATHS = 8
 #: Seconds between two renders for the error that the progress bar shows.
 MSE_INTERVAL = 0.5
 #: The arguments that are fields of `Options` under the same name.
@@ -121,14 +124,14 @@ def build_parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add("input", metavar="IN", nargs="?", help="the picture: PNG, JPEG or another file that Pillow reads")
     add("-o", "--output", metavar="OUT.svg", help="the SVG to write; required, unless devices are listed")
-    add("--paths", type=_whole(1), metavar="N", help="number of paths, at most (default: 8)")
+    add("--paths", type=_whole(1), metavar="N", help=f"number of paths, at most (default: {DEFAULT_PATHS})")
     add("--schedule", metavar="LIST", help="paths that each stage adds, as 1,1,2, or exp: 1, 2, 4 ... 32, 32 ...")
     add(
         "--preset",
-        choices=("default", "paper", "released"),
+        choices=("default", "paper", "released", "diffvg"),
         default="default",
-        help="default: what measures best; paper: exactly the published text; released: the authors' program; "
-        "the options below change single points of it",
+        help="default: what measures best; paper: exactly the published text; released: the authors' program; diffvg: "
+        "the paper's comparison, random paths in one stage; the options below change single points of it",
     )
     add("--iterations", type=_whole(1), metavar="N", help="iterations of each stage")
     add("--segments", type=_whole(1), metavar="N", help="cubic segments of each path")
@@ -220,8 +223,11 @@ def _checked(arguments: argparse.Namespace) -> _Job:
 def _checked_schedule(arguments: argparse.Namespace) -> tuple[int, ...]:
     from livecl.schedule import parse_schedule
 
+    paths, schedule = arguments.paths, arguments.schedule
+    if arguments.preset == "diffvg" and schedule is None:
+        schedule = str(paths or DEFAULT_PATHS)
     try:
-        return parse_schedule(arguments.schedule, arguments.paths)
+        return parse_schedule(schedule, paths)
     except ValueError as error:
         raise _BadInputError(str(error)) from error
 
@@ -359,7 +365,7 @@ class _Progress:
             total=len(job.schedule) * job.options.iterations,
             disable=True if job.quiet else None,
             unit="it",
-            dynamic_ncols=True,
+            ncols=shutil.get_terminal_size().columns - 1,
             leave=False,
         )
         self._next_mse = 0.0

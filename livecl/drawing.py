@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 from typing import Any
 
@@ -108,17 +109,17 @@ class Drawing:
         """Number of cubic segments, M."""
         return len(self.points)
 
-    @property
+    @functools.cached_property
     def segment_offsets(self) -> IntArray:
         """First segment of each layer, and M at the end: (N + 1,) int."""
         return self.subpath_offsets[self.layer_offsets]
 
-    @property
+    @functools.cached_property
     def segment_layers(self) -> IntArray:
         """Layer of each segment: (M,) int."""
         return np.repeat(np.arange(self.num_layers, dtype=np.int32), np.diff(self.segment_offsets))
 
-    @property
+    @functools.cached_property
     def next_segments(self) -> IntArray:
         """Segment whose anchor ends each segment: (M,) int, a permutation."""
         following = np.arange(1, self.num_segments + 1, dtype=np.int32)
@@ -229,7 +230,9 @@ def _checked_floats(name: str, value: Any, shape: tuple[int, ...], low: float, h
 def _checked_offsets(name: str, value: Any, count: int | None, end: int) -> IntArray:
     array = np.array(value, dtype=np.int32)
     if array.ndim != 1 or not len(array) or (count is not None and len(array) != count + 1):
-        raise ValueError(f"{name}: shape {array.shape}, wanted {'one offset more than items' if count is None else (count + 1,)}")
+        raise ValueError(
+            f"{name}: shape {array.shape}, wanted {'one offset more than items' if count is None else (count + 1,)}"
+        )
     if array[0] != 0 or array[-1] != end or np.any(np.diff(array) < 1):
         raise ValueError(f"{name}: offsets must rise from 0 to {end} with at least one item each")
     return array

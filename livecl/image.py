@@ -91,7 +91,7 @@ def over_background(image: ArrayLike, background: ArrayLike) -> FloatArray:
     if ground.shape != (3,):
         raise ValueError(f"background: shape {ground.shape}, wanted (3,)")
     if pixels.shape[2] == 3:
-        return pixels.copy()
+        return np.array(pixels)
     alpha = pixels[..., 3:]
     composite: FloatArray = alpha * pixels[..., :3] + (1 - alpha) * ground
     return composite

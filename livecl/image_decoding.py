@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import warnings
 from typing import TYPE_CHECKING, Any
 
@@ -72,7 +73,7 @@ def decoded(name: str, data: bytes, image: ImageFile | None) -> tuple[FloatArray
             return _in_srgb(name, flat, image.info.get("icc_profile")), alpha, orientation
         orientation = image.getexif().get(_ORIENTATION, 1)
         profile = image.info.get("icc_profile")
-    if profile and not _is_srgb(profile):
+    if profile and not _is_srgb(profile) and np.isfinite(color).all():
         levels = np.rint(np.clip(color, 0, 1) * 255).astype(np.uint8)
         color = _in_srgb(name, Image.fromarray(levels[..., 0] if levels.shape[2] == 1 else levels), profile)
     return color, alpha, orientation
@@ -81,7 +82,7 @@ def decoded(name: str, data: bytes, image: ImageFile | None) -> tuple[FloatArray
 def _flat(image: Image) -> tuple[Image, FloatArray | None]:
     """Return an 8-bit picture as Pillow's L, RGB or CMYK, and its alpha (H, W, 1) apart."""
     image.load()
-    alpha = None
+    alpha: FloatArray | None = None
     grey = image.mode in ("1", "L", "LA", "La")
     if "transparency" in image.info or image.mode in ("LA", "La", "PA", "RGBA", "RGBa"):
         image = (image.convert("LA") if image.mode == "La" else image).convert("RGBA")
@@ -98,7 +99,7 @@ def _deep_png(data: bytes, image: ImageFile) -> tuple[FloatArray, FloatArray | N
     """
     from PIL import Image
 
-    layout = image.tile[0][3]
+    layout = str(image.tile[0][3])
     halves = []
     for raw_mode in _DEEP_PNG[layout]:
         half = Image.open(io.BytesIO(data))
@@ -128,20 +129,29 @@ def _deep_grey(image: Image) -> tuple[FloatArray, FloatArray | None]:
     if image.format == "TIFF":
         tags = image.tag_v2  # type: ignore[attr-defined]  # of Pillow's TIFF pictures
         bits, white_is_zero = tags[258][0], tags.get(262) == 0
-    grey = (pixels / (2.0**bits - 1)).astype(np.float32)
-    return 1 - grey if white_is_zero else grey, alpha
+    grey: FloatArray = (pixels / (2.0**bits - 1)).astype(np.float32)
+    return (np.subtract(1, grey) if white_is_zero else grey), alpha
 
 
 def _is_deep_tiff(image: Image) -> bool:
-    """Whether a picture is a TIFF of more than 8 bits a number, in a compression that imageio decodes by itself."""
-    tags = getattr(image, "tag_v2", None) if image.format == "TIFF" else None
-    return tags is not None and max(tags.get(258, (1,))) > 8 and tags.get(259, 1) in _TIFF_COMPRESSIONS
+    """Whether a picture is a grey or RGB TIFF of more than 8 bits a number that imageio decodes without more packages.
+
+    In other compressions Pillow reads it, colours at 8 bits.
+    """
+    if image.format != "TIFF":
+        return False
+    tags = image.tag_v2  # type: ignore[attr-defined]  # of Pillow's TIFF pictures
+    deep = max(tags.get(258, (1,))) > 8 and tags.get(262) in (0, 1, 2)
+    return deep and tags.get(259, 1) in _TIFF_COMPRESSIONS
 
 
 def _deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
     """Decode a TIFF's numbers as they are; the third item is its orientation."""
     from imageio import v3 as imageio
 
+    log = logging.getLogger("tifffile")
+    if not log.hasHandlers():  # else what it says of damaged files is printed, beside the exception
+        log.addHandler(logging.NullHandler())
     file: Any  # the plugin has arguments that the base class does not declare
     with imageio.imopen(data, "r", plugin="tifffile") as file:
         tags = file.metadata(index=0, page=0)
@@ -160,20 +170,23 @@ def _deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
     color: FloatArray = numbers[..., :num_colors]
     alpha: FloatArray | None = None
     if photometric == 0 and pixels.dtype.kind != "f":
-        color = 1 - color
+        color = np.float32(1) - color
     extra = np.atleast_1d(tags.get("ExtraSamples", ()))
     if pixels.shape[2] > num_colors and extra.size and extra[0] in (1, 2):
         alpha = numbers[..., num_colors : num_colors + 1]
         if extra[0] == 1:
-            color = color / np.where(alpha > 0, alpha, 1)  # the file holds premultiplied colours
+            color = np.divide(
+                color, np.where(alpha > 0, alpha, 1), dtype=np.float32
+            )  # the file holds premultiplied colours
     return color, alpha, int(tags.get("Orientation", 1))
 
 
 def _scaled(pixels: NDArray[Any]) -> FloatArray:
     """Return unsigned numbers as shares of the largest of their type, and floats as they are."""
-    if pixels.dtype.kind == "u":
-        return (pixels / float(np.iinfo(pixels.dtype).max)).astype(np.float32)
-    return pixels.astype(np.float32)
+    largest = float(np.iinfo(pixels.dtype).max) if pixels.dtype.kind == "u" else 1.0
+    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, which read_image refuses
+        shares: FloatArray = (pixels / largest).astype(np.float32)
+    return shares
 
 
 def _is_srgb(profile: bytes) -> bool:
@@ -197,4 +210,5 @@ def _in_srgb(name: str, image: Image, profile: bytes | None) -> FloatArray:
             image = converted or image
         except (ImageCms.PyCMSError, OSError, ValueError):
             warnings.warn(f"{name}: its colour profile cannot be applied; colours are taken as sRGB", stacklevel=4)
-    return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255)
+    rgb: FloatArray = np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255)
+    return rgb

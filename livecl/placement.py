@@ -157,9 +157,7 @@ def circle(center: FloatArray, radius: float, segments: int) -> FloatArray:
     return np.asarray(center + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)).reshape(segments, 3, 2)
 
 
-def random_outline(
-    center: FloatArray, segments: int, size: tuple[int, int], rng: np.random.Generator
-) -> FloatArray:
+def random_outline(center: FloatArray, segments: int, size: tuple[int, int], rng: np.random.Generator) -> FloatArray:
     """Return a random closed path (s, 3, 2) px: each control point within 2.5 % of the canvas of the one before.
 
     The outline of DiffVG's random paths (Li et al. 2020), as far as the paper's baseline and ablation go.

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import pathlib
 import re
 from typing import Any
@@ -46,6 +47,15 @@ def program_source() -> str:
     """Return the source of the whole program."""
     seen: set[str] = set()
     return "\n".join(_expand(name, seen) for name in SOURCES)
+
+
+@functools.cache
+def kernel_parameters() -> dict[str, tuple[str, ...]]:
+    """Return the names of each kernel's parameters, in order, as the sources spell them."""
+    found = {}
+    for name, parameters in re.findall(r"__kernel\s+void\s+(\w+)\s*\(([^)]*)\)", program_source()):
+        found[name] = tuple(re.findall(r"(\w+)\s*(?:,|$)", parameters.strip()))
+    return found
 
 
 def build_options(dtype: np.dtype[Any], channels: int) -> list[str]:

@@ -101,7 +101,7 @@ def nonzero_from_even_odd(outline: list[FloatArray]) -> tuple[list[FloatArray], 
     """
     if not outline:
         return outline, True
-    bounds = bezier.hull_bounds(np.concatenate(outline))
+    bounds = bezier.hull_bounds(np.concatenate(outline).reshape(-1, 2))
     extent = float(max(bounds[2] - bounds[0], bounds[3] - bounds[1])) or 1.0
     polylines = [_flattened(subpath, extent / 4096) for subpath in outline]
     if _rules_agree(polylines, extent / 1024):

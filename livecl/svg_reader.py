@@ -92,8 +92,9 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
         except OSError as error:
             raise SvgError(f"{name}: {error.strerror or error}; check the path") from error
     try:
-        walker = _Walker(_parse(data))
-        drawing = walker.drawing()
+        with np.errstate(over="ignore", invalid="ignore"):  # what overflows is not finite, and refused where it shows
+            walker = _Walker(_parse(data))
+            drawing = walker.drawing()
     except ValueError as error:
         raise SvgError(f"{name}: {error}") from error
     if walker.left_out:
@@ -110,11 +111,16 @@ def _parse(data: bytes) -> ElementTree.Element:
     def refuse_entity(*_: Any) -> None:
         raise ValueError("declares XML entities, which are not read; save it as plain SVG")
 
+    def refuse_definition(_: str, system_id: str | None, *__: Any) -> None:
+        if system_id and not re.match(r"https?://www\.w3\.org/", system_id):
+            raise ValueError("refers to a document type in another file; save it as plain SVG")
+
     def refuse_sheet(target: str, _: str) -> None:
         if target == "xml-stylesheet":
             raise ValueError("takes its style from another file; save it with the style inside")
 
     guard = expat.ParserCreate()
+    guard.StartDoctypeDeclHandler = refuse_definition
     guard.EntityDeclHandler = refuse_entity
     guard.ProcessingInstructionHandler = refuse_sheet
     try:
@@ -210,15 +216,16 @@ class _Walker:
 
     def _walk(self, element: ElementTree.Element, around: _Context) -> None:
         tag = _tag(element)
-        if tag in _LEFT_OUT:
-            self.left_out[_LEFT_OUT[tag]] += 1
-        if tag not in _CONTAINERS and tag not in _SHAPES and tag != "use":
+        if tag not in _CONTAINERS and tag not in _SHAPES and tag not in _LEFT_OUT and tag != "use":
             return
         self._num_elements += 1
         if self._num_elements > MAX_ELEMENTS or around.depth > MAX_DEPTH:
             raise ValueError(f"more than {MAX_ELEMENTS} elements, or nested deeper than {MAX_DEPTH}, counting <use>")
         own = self._sheet.declarations(element, tag)
         if own.get("display") == "none":
+            return
+        if tag in _LEFT_OUT:
+            self.left_out[_LEFT_OUT[tag]] += 1
             return
         for name, kind in _LEFT_OUT_PROPERTIES.items():
             if own.get(name, "none") not in ("none", "normal"):

@@ -26,6 +26,9 @@ from livecl.svg import format_svg, quantize, save_svg
 
 #: Steps after which the numbers of lines that flatten the segments are looked at again.
 PIECES_PERIOD = 10
+#: Distance px between curve and lines that the distance weight is measured with: a fortieth of tau, where the weight
+#: falls to 0, and a quarter of the lines that the picture needs (docs/performance.md has what it costs and saves).
+DISTANCE_TOLERANCE = 0.25
 #: Steps over which the learning rate decays by the factor that the options name.
 DECAY_PERIOD = 500
 
@@ -145,6 +148,7 @@ class Vectorizer:
         self.rasterizer = Rasterizer(state.drawing.size, device)
         self._target = self.rasterizer.upload(image)
         self._ones = self.rasterizer.upload(np.ones(state.drawing.size))
+        self._distance_pieces = (state.pieces, state.pieces)  # of the picture, and of the distance weight made from them
 
     def mse(self, drawing: Drawing) -> float:
         """Return the mean over pixels and channels of the squared difference from the target."""
@@ -206,6 +210,16 @@ class Vectorizer:
         if np.any(needed > held) or np.any(2 * needed < held):
             self.state.pieces = needed
 
+    def _coarse_pieces(self) -> NDArray[np.int32]:
+        """Lines of each segment for the distance weight; the error of a line falls with the square of their number."""
+        fine, coarse = self._distance_pieces
+        if fine is not self.state.pieces:
+            fine = self.state.pieces
+            share = np.sqrt(self.rasterizer.tolerance / DISTANCE_TOLERANCE)
+            coarse = np.ceil(fine * share).astype(np.int32)
+            self._distance_pieces = fine, coarse
+        return coarse
+
     def _weight(self, drawing: Drawing) -> tuple[DeviceImage, float]:
         """Weight of each pixel's error and the common factor: eq. (1) and the 1/3 of eq. (2), or those of a mean."""
         state, options = self.state, self.state.options
@@ -213,7 +227,7 @@ class Vectorizer:
         if options.loss == "mse":
             return self._ones, 1 / (3 * num_pixels)
         if options.variant == "paper":
-            return self.rasterizer.distance_weight_on_device(drawing, options.tau, state.pieces), 1 / 3
+            return self.rasterizer.distance_weight_on_device(drawing, options.tau, self._coarse_pieces()), 1 / 3
         return self.rasterizer.upload(self._released_weight(drawing, state.stage)), 1 / num_pixels
 
     def _released_weight(self, drawing: Drawing, stage: int) -> NDArray[Any]:
@@ -221,7 +235,9 @@ class Vectorizer:
         state = self.state
         newest = int(np.searchsorted(drawing.stages, stage))
         closest = self.rasterizer.download(
-            self.rasterizer.distance_weight_on_device(drawing, state.options.tau, state.pieces, closest_from=newest)
+            self.rasterizer.distance_weight_on_device(
+                drawing, state.options.tau, self._coarse_pieces(), closest_from=newest
+            )
         )[..., 0]
         weight = closest / max(float(closest.max()), 1e-12)
         return weight if state.kept_weight is None else np.minimum(weight + state.kept_weight, 1)
@@ -269,7 +285,9 @@ def checked_image(image: ArrayLike) -> NDArray[np.float32]:
     if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
         raise ValueError(f"image: shape {array.shape}, wanted (H, W, 3), or (H, W, 4) with straight alpha")
     if not np.issubdtype(array.dtype, np.floating):
-        raise ValueError(f"image: numbers of type {array.dtype}, wanted floats in [0, 1] (livecl.read_image makes them)")
+        raise ValueError(
+            f"image: numbers of type {array.dtype}, wanted floats in [0, 1] (livecl.read_image makes them)"
+        )
     if not np.all((array >= 0) & (array <= 1)):
         raise ValueError("image: all numbers must be finite and within [0, 1]")
     return array.astype(np.float32)

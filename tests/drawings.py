@@ -109,16 +109,20 @@ def random_colors(seed: int, count: int, low: float = 0.2, high: float = 0.9) ->
 
 
 def many_layers(size: tuple[int, int], num_small: int, num_large: int, seed: int) -> Case:
-    """Return small blobs, with translucent layers that reach over the whole canvas among them."""
+    """Return small blobs, and among them translucent ones that reach over most of the canvas or all of it."""
     rng = np.random.default_rng(seed)
     height, width = size
-    paths = [blob(seed + i, rng.uniform((0, 0), (width, height)), rng.uniform(1, 4), segments=2) for i in range(num_small)]
-    reach = max(size)
-    paths += [blob(seed - i, (width / 2, height / 2), 1.5 * reach, segments=3) for i in range(num_large)]
+    paths = [
+        blob(1000 * seed + i, rng.uniform((0, 0), (width, height)), rng.uniform(1, 4), segments=2)
+        for i in range(num_small)
+    ]
+    paths += [
+        blob(2000 * seed + i, (width / 2, height / 2), rng.uniform(0.4, 1.2) * max(size), segments=3)
+        for i in range(num_large)
+    ]
     order = rng.permutation(len(paths))
     colors = random_colors(seed, len(paths), 0.02, 0.2)
-    drawing = build([([paths[i]], tuple(colors[i])) for i in order], size)
-    return Case(drawing=drawing, pieces=np.full(drawing.num_segments, 5, dtype=np.int32))
+    return straight(build([([paths[i]], tuple(colors[i])) for i in order], size), 5)
 
 
 def varied_pieces(drawing: Drawing, seed: int = 0, most: int = 9) -> Case:
@@ -138,7 +142,11 @@ def _case_opaque() -> Case:
 
 
 def _case_translucent() -> Case:
-    layers = [([blob(4, (9, 8), 6)], RED_GLASS), ([blob(5, (12, 11), 6)], GREEN_GLASS), ([blob(6, (8, 12), 6)], BLUE_GLASS)]
+    layers = [
+        ([blob(4, (9, 8), 6)], RED_GLASS),
+        ([blob(5, (12, 11), 6)], GREEN_GLASS),
+        ([blob(6, (8, 12), 6)], BLUE_GLASS),
+    ]
     return varied_pieces(build(layers, (20, 21)))
 
 
@@ -208,7 +216,9 @@ def _case_outside() -> Case:
 
 def _case_point_like() -> Case:
     point, flat = np.tile((7.3, 6.2), (4, 3, 1)), polygon([(3.3, 3.1), (11.9, 9.4)])
-    return varied_pieces(build([([blob(46, (7, 7), 5)], RED_GLASS), ([point], GREEN), ([flat], BLUE)], (14, 15)), most=4)
+    return varied_pieces(
+        build([([blob(46, (7, 7), 5)], RED_GLASS), ([point], GREEN), ([flat], BLUE)], (14, 15)), most=4
+    )
 
 
 def _case_tangles() -> Case:
@@ -246,8 +256,14 @@ def _on_canvas(size: tuple[int, int], seed: int) -> Callable[[], Case]:
     def case() -> Case:
         height, width = size
         colors = random_colors(seed, 3)
-        paths = [blob(seed, (0.4 * width, 0.6 * height), 0.6 * max(size)), tangle(seed, size, 3, 2), tangle(seed + 1, size)]
-        return varied_pieces(build([([path], tuple(color)) for path, color in zip(paths, colors, strict=True)], size), most=5)
+        paths = [
+            blob(seed, (0.4 * width, 0.6 * height), 0.6 * max(size)),
+            tangle(seed, size, 3, 2),
+            tangle(seed + 1, size),
+        ]
+        return varied_pieces(
+            build([([path], tuple(color)) for path, color in zip(paths, colors, strict=True)], size), most=5
+        )
 
     return case
 
@@ -299,7 +315,9 @@ BORDER_CASES: dict[str, Callable[[], Case]] = {
     "right half of the canvas": _border([([rectangle(8, 0, 16, 9)], RED_GLASS)], (9, 16)),
     "one pixel": _border([([rectangle(5, 6, 6, 7)], RED_GLASS)]),
     "1x1 canvas": _border([([rectangle(0, 0, 1, 1)], RED_GLASS)], (1, 1)),
-    "borders in one direction": _border([([rectangle(3, 4.4, 9, 11.3)], RED_GLASS), ([rectangle(4.6, 2, 12.3, 7)], BLUE_GLASS)]),
+    "borders in one direction": _border(
+        [([rectangle(3, 4.4, 9, 11.3)], RED_GLASS), ([rectangle(4.6, 2, 12.3, 7)], BLUE_GLASS)]
+    ),
     "L": _border([([_L_SHAPE], RED_GLASS)], pieces=2),
     "L and turned L": _border([([_L_SHAPE], RED_GLASS), ([_L_SHAPE[:, :, ::-1]], BLUE_GLASS)]),
     "hole": _border([([rectangle(2, 2, 14, 13), reverse(rectangle(5, 4, 10, 9))], RED_GLASS)]),
@@ -314,6 +332,7 @@ BORDER_CASES: dict[str, Callable[[], Case]] = {
     "one inside another on a common border": _border([([_SQUARE, rectangle(3, 6, 7, 9)], RED_GLASS)]),
     "flat on a border": _border([([polygon([(5, 3), (5, 12)])], RED_GLASS), ([_SQUARE_LEFT], BLUE_GLASS)]),
     "curve with a side on a border": _border(
-        [([np.array([[(4, 4), (7, 4), (9, 4)], [(12, 4), (15.3, 9.2), (1.7, 12.6)]], dtype=np.float64)], RED_GLASS)], pieces=6
+        [([np.array([[(4, 4), (7, 4), (9, 4)], [(12, 4), (15.3, 9.2), (1.7, 12.6)]], dtype=np.float64)], RED_GLASS)],
+        pieces=6,
     ),
 }

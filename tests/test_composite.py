@@ -83,7 +83,9 @@ def test_loss_is_the_weighted_squared_error(rasterizer_for: RasterizerFor, dtype
     for name in ("translucent", "rgba", "13x7", "1x1", "33x50"):
         case = drawings.CASES[name]()
         target, weight = rng.uniform(size=_random_image(case).shape), rng.uniform(size=case.drawing.size)
-        loss, _ = rasterizer_for(case.drawing.size, dtype).loss_and_gradients(case.drawing, target, weight, pieces=case.pieces)
+        loss, _ = rasterizer_for(case.drawing.size, dtype).loss_and_gradients(
+            case.drawing, target, weight, pieces=case.pieces
+        )
         image = reference.render(case.drawing, case.pieces)
         expected = float(np.sum(weight * np.sum((image - target) ** 2, axis=-1)))
         # d(loss) = 2 weight |image - target| d(image) summed over pixels and channels; and the rounding of P partial sums.
@@ -97,7 +99,10 @@ def test_two_rectangles_by_hand(rasterizer_for: RasterizerFor) -> None:
     layers = [([drawings.rectangle(0, 0, 2, 2)], (1, 0, 0, 0.5)), ([drawings.rectangle(0.5, 0, 3, 1)], (0, 0, 1, 1))]
     for background, expected in (
         ((1, 1, 1), [[(0.5, 0.25, 0.75), (0, 0, 1), (0, 0, 1)], [(1, 0.5, 0.5), (1, 0.5, 0.5), (1, 1, 1)]]),
-        (None, [[(0.25, 0, 0.5, 0.75), (0, 0, 1, 1), (0, 0, 1, 1)], [(0.5, 0, 0, 0.5), (0.5, 0, 0, 0.5), (0, 0, 0, 0)]]),
+        (
+            None,
+            [[(0.25, 0, 0.5, 0.75), (0, 0, 1, 1), (0, 0, 1, 1)], [(0.5, 0, 0, 0.5), (0.5, 0, 0, 0.5), (0, 0, 0, 0)]],
+        ),
     ):
         drawing = drawings.build(layers, (2, 3), background)
         image = rasterizer_for((2, 3), np.float64).forward(drawing, pieces=np.ones(8, dtype=int))

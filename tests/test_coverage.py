@@ -110,14 +110,18 @@ def test_area_of_shapes_within_the_canvas(rasterizer_for: RasterizerFor) -> None
         path = drawings.blob(seed, (20 + seed / 17, 19 - seed / 13), 12, segments=1 + seed % 5)
         outlines = flatten(drawings.build([([path], drawings.WHITE)], (40, 40)), np.full(len(path), 9))[0]
         if np.all(np.abs(supersampled(outlines, (40, 40)) - coverage(outlines, (40, 40))) < 0.1):  # not self-crossing
-            assert _of_path(rasterizer, path, (40, 40), 9).sum() == pytest.approx(abs(enclosed_area(outlines)), rel=1e-11)
+            assert _of_path(rasterizer, path, (40, 40), 9).sum() == pytest.approx(
+                abs(enclosed_area(outlines)), rel=1e-11
+            )
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.1, 0.5, 1.0, 1.5])
 def test_turned_square_keeps_its_area(rasterizer_for: RasterizerFor, angle: float) -> None:
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     corners = np.array([(-6, -6), (6, -6), (6, 6), (-6, 6)]) @ turn + (13, 12)
-    assert _of_path(rasterizer_for((24, 26), np.float64), drawings.polygon(corners), (24, 26)).sum() == pytest.approx(144)
+    assert _of_path(rasterizer_for((24, 26), np.float64), drawings.polygon(corners), (24, 26)).sum() == pytest.approx(
+        144
+    )
 
 
 def test_what_lies_left_of_the_canvas_does_not_leak_in(rasterizer_for: RasterizerFor) -> None:
@@ -139,15 +143,23 @@ def test_far_coordinates(rasterizer_for: RasterizerFor) -> None:
 def _crossing(first: float, second: float) -> np.ndarray:
     """Two long lines through the middle of pixel (10, 10), at these angles, joined so that the windings there are 0, 1, 2, 1."""
     middle, reach = np.array((10.5, 10.5)), 9.0
-    ends = [middle + reach * np.array((np.cos(angle), np.sin(angle))) for angle in (first, first + np.pi, second, second + np.pi)]
-    return drawings.polygon([ends[1], ends[0], *_around(middle, ends[0], ends[3]), ends[3], ends[2], *_around(middle, ends[2], ends[1])])
+    ends = [
+        middle + reach * np.array((np.cos(angle), np.sin(angle)))
+        for angle in (first, first + np.pi, second, second + np.pi)
+    ]
+    return drawings.polygon(
+        [ends[1], ends[0], *_around(middle, ends[0], ends[3]), ends[3], ends[2], *_around(middle, ends[2], ends[1])]
+    )
 
 
 def _around(middle: np.ndarray, start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
     """Vertices of the way from start to end clockwise on the screen, around the middle."""
     begin = np.arctan2(*(start - middle)[::-1])
     sweep = (np.arctan2(*(end - middle)[::-1]) - begin) % (2 * np.pi)
-    return [middle + 9.0 * np.array((np.cos(begin + s * sweep), np.sin(begin + s * sweep))) for s in np.linspace(0, 1, 9)[1:-1]]
+    return [
+        middle + 9.0 * np.array((np.cos(begin + s * sweep), np.sin(begin + s * sweep)))
+        for s in np.linspace(0, 1, 9)[1:-1]
+    ]
 
 
 def _error_in_the_middle(rasterizer: Rasterizer, drawing: Drawing) -> float:

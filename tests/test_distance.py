@@ -96,7 +96,9 @@ def test_pieces_are_chosen_as_in_forward(rasterizer_for: RasterizerFor) -> None:
     drawing = drawings.CASES["translucent"]().drawing
     rasterizer = rasterizer_for(drawing.size, np.float64)
     chosen = rasterizer.distance_weight(drawing).copy()
-    np.testing.assert_array_equal(chosen, rasterizer.distance_weight(drawing, tau=10.0, pieces=pieces_for(drawing.cubics, 0.02)))
+    np.testing.assert_array_equal(
+        chosen, rasterizer.distance_weight(drawing, tau=10.0, pieces=pieces_for(drawing.cubics, 0.02))
+    )
 
 
 @pytest.mark.parametrize("tau", [0.0, -1.0, float("nan"), float("inf")])

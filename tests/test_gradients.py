@@ -155,7 +155,10 @@ def test_float_against_double(rasterizer_for: RasterizerFor, name: str) -> None:
     double = Losses(rasterizer_for(case.drawing.size, np.float64), case)
     image = double.rasterizer.forward(case.drawing, pieces=case.pieces)
     # The quadratic loss's own d_image, 2 weight (image - target), is off by 2 image errors.
-    d_images = (single.d_image, np.abs(2 * single.weight[..., None] * (image - single.target)) + image_tolerance(case.drawing, case.pieces))
+    d_images = (
+        single.d_image,
+        np.abs(2 * single.weight[..., None] * (image - single.target)) + image_tolerance(case.drawing, case.pieces),
+    )
     for found, exact, d_image in zip(single.gradients(), double.gradients(), d_images, strict=True):
         assert found.points.dtype == np.float64
         assert np.max(np.abs(found.points - exact.points)) <= points_tolerance(case.drawing, case.pieces, d_image)

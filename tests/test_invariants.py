@@ -16,7 +16,16 @@ from livecl.rasterizer import Gradients, Rasterizer
 from reference.rounding import coverage_tolerance, image_tolerance, points_tolerance
 
 DTYPES = [np.float32, np.float64]
-GENERIC = ["opaque", "translucent", "rgba", "winding 2", "holes", "1 to 9 segments", "across the canvas's borders", "tangles"]
+GENERIC = [
+    "opaque",
+    "translucent",
+    "rgba",
+    "winding 2",
+    "holes",
+    "1 to 9 segments",
+    "across the canvas's borders",
+    "tangles",
+]
 
 
 def _image_like(drawing: Drawing, seed: int = 0) -> np.ndarray:
@@ -45,7 +54,9 @@ def test_whole_pixel_shift_shifts_the_image(rasterizer_for: RasterizerFor, name:
     height, width = case.drawing.size
     down, right = 9, 3
     larger = drawings.Case(drawing=case.drawing.replace(size=(height + 12, width + 7)), pieces=case.pieces)
-    moved = drawings.Case(drawing=larger.drawing.replace(points=case.drawing.points + (right, down)), pieces=case.pieces)
+    moved = drawings.Case(
+        drawing=larger.drawing.replace(points=case.drawing.points + (right, down)), pieces=case.pieces
+    )
     d_image = _image_like(case.drawing)
     d_larger, d_moved = np.zeros_like(_image_like(larger.drawing)), np.zeros_like(_image_like(moved.drawing))
     d_larger[:height, :width] = d_image
@@ -53,7 +64,9 @@ def test_whole_pixel_shift_shifts_the_image(rasterizer_for: RasterizerFor, name:
     image, gradients = _render(rasterizer_for, larger, dtype, d_larger)
     shifted, d_shifted = _render(rasterizer_for, moved, dtype, d_moved)
     image_error, points_error = _tolerances(moved, dtype, d_image)
-    np.testing.assert_allclose(shifted[down:, right:], image[: height + 12 - down, : width + 7 - right], rtol=0, atol=image_error)
+    np.testing.assert_allclose(
+        shifted[down:, right:], image[: height + 12 - down, : width + 7 - right], rtol=0, atol=image_error
+    )
     np.testing.assert_allclose(d_shifted.points, gradients.points, rtol=0, atol=points_error)
 
 
@@ -62,7 +75,8 @@ def test_whole_pixel_shift_shifts_the_image(rasterizer_for: RasterizerFor, name:
 def test_transposed_drawing_gives_the_transposed_image(rasterizer_for: RasterizerFor, name: str, dtype: type) -> None:
     case = drawings.CASES[name]()
     turned = drawings.Case(
-        drawing=case.drawing.replace(points=case.drawing.points[..., ::-1], size=case.drawing.size[::-1]), pieces=case.pieces
+        drawing=case.drawing.replace(points=case.drawing.points[..., ::-1], size=case.drawing.size[::-1]),
+        pieces=case.pieces,
     )
     d_image = _image_like(case.drawing)
     image, gradients = _render(rasterizer_for, case, dtype, d_image)
@@ -77,7 +91,8 @@ def test_transposed_drawing_gives_the_transposed_image(rasterizer_for: Rasterize
 def test_mirrored_drawing_gives_the_mirrored_image(rasterizer_for: RasterizerFor, name: str, dtype: type) -> None:
     case = drawings.CASES[name]()
     flipped = drawings.Case(
-        drawing=case.drawing.replace(points=(case.drawing.size[1], 0) + case.drawing.points * (-1, 1)), pieces=case.pieces
+        drawing=case.drawing.replace(points=(case.drawing.size[1], 0) + case.drawing.points * (-1, 1)),
+        pieces=case.pieces,
     )
     d_image = _image_like(case.drawing)
     image, gradients = _render(rasterizer_for, case, dtype, d_image)
@@ -89,7 +104,10 @@ def test_mirrored_drawing_gives_the_mirrored_image(rasterizer_for: RasterizerFor
 
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_reversed_paths_change_nothing(rasterizer_for: RasterizerFor, dtype: type) -> None:
-    layers = [([drawings.blob(1, (9, 8), 6)], drawings.RED_GLASS), ([drawings.tangle(2, (20, 21), 5)], drawings.BLUE_GLASS)]
+    layers = [
+        ([drawings.blob(1, (9, 8), 6)], drawings.RED_GLASS),
+        ([drawings.tangle(2, (20, 21), 5)], drawings.BLUE_GLASS),
+    ]
     case = drawings.straight(drawings.build(layers, (20, 21)), 6)
     turned = drawings.build([([drawings.reverse(path) for path in paths], color) for paths, color in layers], (20, 21))
     d_image = _image_like(case.drawing)
@@ -146,7 +164,9 @@ def test_transparent_layer_changes_nothing(rasterizer_for: RasterizerFor, at: in
     scale = 4 * np.finfo(dtype).eps
     np.testing.assert_allclose(d_same.colors[kept], gradients.colors, rtol=0, atol=scale * np.sum(np.abs(d_image)))
     others = kept[with_it.segment_layers]
-    np.testing.assert_allclose(d_same.points[others], gradients.points, rtol=0, atol=_tolerances(case, dtype, d_image)[1])
+    np.testing.assert_allclose(
+        d_same.points[others], gradients.points, rtol=0, atol=_tolerances(case, dtype, d_image)[1]
+    )
     assert not d_same.points[~others].any()
 
 
@@ -256,7 +276,9 @@ class TestErrors:
         return drawings.build([([drawings.circle((5, 5), 3)], drawings.RED)], self.SIZE)
 
     @pytest.mark.parametrize("shape", [(10, 12), (10, 12, 4), (12, 10, 3), (360,), (10, 12, 3, 1)])
-    def test_wrong_shape_of_d_image(self, rasterizer_for: RasterizerFor, drawing: Drawing, shape: tuple[int, ...]) -> None:
+    def test_wrong_shape_of_d_image(
+        self, rasterizer_for: RasterizerFor, drawing: Drawing, shape: tuple[int, ...]
+    ) -> None:
         rasterizer = rasterizer_for(self.SIZE, np.float32)
         rasterizer.forward(drawing)
         expected = rasterizer.backward(np.ones((10, 12, 3))).points

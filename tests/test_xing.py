@@ -63,7 +63,9 @@ def test_straight_on_counts_as_no_right_turn() -> None:
     assert value == pytest.approx(np.sqrt(0.5))
     # D1 = 0 is held constant: the derivative of sin(AB, CD) alone, by cos(45 degrees) of the angle's.
     quarter = np.sqrt(0.5)
-    np.testing.assert_allclose(d_cubics[0], [(0, quarter), (0, -quarter), (quarter / 2, -quarter / 2), (-quarter / 2, quarter / 2)])
+    np.testing.assert_allclose(
+        d_cubics[0], [(0, quarter), (0, -quarter), (quarter / 2, -quarter / 2), (-quarter / 2, quarter / 2)]
+    )
 
 
 @pytest.mark.parametrize("short", ["AB", "CD", "both"])

@@ -54,4 +54,6 @@ def composite_backward(
 
 
 def _paint(colors: FloatArray, background: FloatArray | None) -> FloatArray:
-    return colors[:, :3] if background is not None else np.concatenate([colors[:, :3], np.ones((len(colors), 1))], axis=1)
+    return (
+        colors[:, :3] if background is not None else np.concatenate([colors[:, :3], np.ones((len(colors), 1))], axis=1)
+    )

@@ -24,7 +24,10 @@ STEP = 1e-5
 
 
 def by_small_steps(
-    function: Callable[[FloatArray], FloatArray], x: FloatArray, entries: Iterable[int] | None = None, step: float = STEP
+    function: Callable[[FloatArray], FloatArray],
+    x: FloatArray,
+    entries: Iterable[int] | None = None,
+    step: float = STEP,
 ) -> FloatArray:
     """Return the derivatives of function(x) (K,) by the given flat entries of x, or by all: (K, entries)."""
 
@@ -35,7 +38,8 @@ def by_small_steps(
         return (function(x + delta) - function(x - delta)) / (2 * h)
 
     columns = [
-        2 * difference(entry, step / 2) - difference(entry, step) for entry in (range(x.size) if entries is None else entries)
+        2 * difference(entry, step / 2) - difference(entry, step)
+        for entry in (range(x.size) if entries is None else entries)
     ]
     return np.stack(columns, axis=1)
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How far a single-precision result may lie from the exact one: number of operations x unit roundoff x scale.
+"""How far a single-precision result may lie from the exact one: root of the number of roundings x eps x scale.
 
-All are bounds of the worst case, in which every rounding errs the same way; real errors lie some ten times below.
-They hold for generic drawings, where no pixel that an edge crosses has |A| within rounding of 0 or 1: there the
-derivative itself jumps.
+Roundings are independent and of either sign: n of them add up to the root of n, not to n as in the worst case, which
+would allow ten thousand times what is ever seen and hide real mistakes. A rounding to nearest of a number x is spread
+evenly over +-UNIT |x|, so its standard deviation is UNIT |x| / sqrt(3). What is allowed is `DEVIATIONS` of these.
 """
 
 from __future__ import annotations
@@ -11,71 +11,123 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import reference
 from livecl.drawing import Drawing
-from reference.coverage import lines_of
+from reference.composite import composite_backward
+from reference.coverage import lines_of, winding_area
 from reference.flatten import flatten
+
+FloatArray = NDArray[np.float64]
 
 #: Relative error of one rounding in float32.
 UNIT = 2.0**-24
 
-#: Roundings in a vertex: 4 control points converted, 4 weights, 4 products, 3 sums, of parts that add up to the scale.
-VERTEX_OPERATIONS = 8
-#: Further roundings, each of the scale, in where a line meets a pixel border: difference, quotient, product, sum.
-CROSSING_OPERATIONS = 4
+#: Standard deviations allowed. One in 2 million lies beyond 5, and some 100 000 numbers are compared.
+DEVIATIONS = 5
+
+#: Roundings of a position, each of the coordinates' size: 3 sums in a vertex; 4 conversions, 4 weights and 4 products,
+#: whose squares add up to no more than one such rounding for each kind; 4 for where a line meets a pixel border.
+POSITION_ROUNDINGS = 3 + 3 + 4
+
+#: Roundings of `over` a layer, each of up to 1: opacity, coverage's product with it, difference, product, sum.
+OVER_ROUNDINGS = 5
 
 
-def coverage_tolerance(drawing: Drawing, pieces: ArrayLike) -> NDArray[np.float64]:
-    """Return the largest error of each layer's coverage: (N,).
-
-    A line whose ends and crossings are off by e moves at most 2 e of area into or out of a pixel (the pixel is 1 wide
-    and 1 high). All K lines of the row deposit, and their at most K + W deposits, of at most K in all, are summed.
-    """
-    tolerances = []
-    for outlines in flatten(drawing, pieces):
-        lines = _lines_per_row(outlines, drawing.size[0])
-        position = (VERTEX_OPERATIONS + CROSSING_OPERATIONS) * _scale(drawing)
-        tolerances.append(UNIT * lines * (2 * position + lines + drawing.size[1]))
-    return np.array(tolerances)
+def coverage_tolerance(drawing: Drawing, pieces: ArrayLike) -> FloatArray:
+    """Return the error allowed for each layer's coverage: (N,)."""
+    return DEVIATIONS * _coverage_deviation(drawing, pieces)
 
 
 def image_tolerance(drawing: Drawing, pieces: ArrayLike) -> float:
-    """Return the largest error of the image: the layers' coverage errors, and 6 roundings of `over` a layer."""
-    return float(np.sum(coverage_tolerance(drawing, pieces)) + UNIT * (6 * drawing.num_layers + 2))
+    """Return the error allowed for the image."""
+    return DEVIATIONS * _image_deviation(drawing, pieces)
 
 
-def points_tolerance(drawing: Drawing, pieces: ArrayLike, d_image: NDArray[np.float64]) -> float:
-    """Return the largest error of an entry of d_points.
+def colors_tolerance(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -> float:
+    """Return the error allowed for an entry of d_colors and d_background.
+
+    It is a sum over P pixels of d_image times numbers up to 1 that are off by what the image is off. Neighbouring
+    pixels share a vertex's error, some 3 of them, which adds a root of 3. Each of the sum's P roundings is of a partial
+    sum, which is no larger than the root of P such products where signs are mixed.
+    """
+    size = float(np.linalg.norm(d_image)) * np.sqrt(d_image.shape[2])
+    num_pixels = drawing.size[0] * drawing.size[1]
+    return DEVIATIONS * size * float(np.sqrt(3 * _image_deviation(drawing, pieces) ** 2 + num_pixels * UNIT**2 / 3))
+
+
+def points_tolerance(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -> FloatArray:
+    """Return the error allowed for the entries of each layer's d_points: (N,).
 
     A line's ends receive n times the sum over its C crossed pixels of g times an integral over the line's share in the
-    pixel, |n| being its length. The share's ends are off by a crossing's error, g by what the image is off, relatively.
-    A control point receives from the lines of its own segment and of the one before, with weights of at most 1.
+    pixel, |n| being its length. In each pixel both ends of the share are off by a position's error, times g; and
+    g = opacity G . (c - C) is off by what the image is off. A control point receives from its own segment's lines and
+    from those of the one before.
+
+    Where |A| is within its own error of 0 or 1, single precision may take an empty or saturated pixel for another: then
+    the whole of its share is in question, which is g times the length of outline in the pixel.
     """
-    largest_g = d_image.shape[2] * float(np.max(np.abs(d_image)))
-    position = (VERTEX_OPERATIONS + CROSSING_OPERATIONS) * _scale(drawing)
-    d_error = 2 * image_tolerance(drawing, pieces)
-    starts, ends = zip(*(lines_of(outlines) for outlines in flatten(drawing, pieces)), strict=True)
-    start, end = np.concatenate(starts), np.concatenate(ends)
-    crossed = 1 + np.sum(np.abs(np.floor(end) - np.floor(start)), axis=1)
-    error = largest_g * (2 * crossed * UNIT * position + np.hypot(*(end - start).T) * (d_error + UNIT * crossed))
-    return 2 * float(np.max(np.add.reduceat(error, np.cumsum(pieces) - pieces)))
+    pieces = np.asarray(pieces)
+    shares = reference.layer_coverages(drawing, pieces)
+    d_coverage = np.abs(composite_backward(d_image, shares, drawing.colors, drawing.background)[0])
+    g_deviation = drawing.colors[:, 3] * np.sqrt(np.max(np.sum(d_image**2, axis=2))) * _image_deviation(drawing, pieces)
+    doubtful_band = coverage_tolerance(drawing, pieces)
+    tolerances = []
+    for layer, outlines in enumerate(flatten(drawing, pieces)):
+        start, end = lines_of(outlines)
+        # Bound to the canvas and one pixel around it, a line crosses all pixels that count.
+        bound = np.array(drawing.size[::-1]) + 1.0
+        crossed = 1 + np.sum(np.abs(np.clip(end, -1, bound) - np.clip(start, -1, bound)), axis=1)
+        g = float(np.max(d_coverage[layer]))
+        variance = crossed * (2 * (_position_deviation(drawing) * g) ** 2 + g_deviation[layer] ** 2)
+        own = pieces[drawing.segment_layers == layer]
+        error = DEVIATIONS * np.sqrt(2 * np.max(np.add.reduceat(variance, np.cumsum(own) - own)))
+        area = np.abs(winding_area(outlines, drawing.size))
+        doubtful = np.argwhere(np.minimum(area, np.abs(area - 1)) <= doubtful_band[layer])
+        flips = d_coverage[layer][tuple(doubtful.T)] * _lengths(outlines, doubtful)
+        tolerances.append(error + float(np.sum(flips)))
+    return np.array(tolerances)
 
 
-def colors_tolerance(drawing: Drawing, pieces: ArrayLike, d_image: NDArray[np.float64]) -> float:
-    """Return the largest error of an entry of d_colors or d_background.
+def _coverage_deviation(drawing: Drawing, pieces: ArrayLike) -> FloatArray:
+    """A line whose two ends in a pixel are off by e moves 2 e of area (pixels are 1 wide and high).
 
-    A sum over P pixels of products, each off relatively by what the image is off, and P roundings of partial sums.
+    L lines touch a pixel at most. Of the K lines in its row to the left, a vertex's error cancels between its two
+    lines, and one rounding each is left of the up to K + W partial sums, of up to the largest winding, here K / 2.
     """
-    total = float(np.sum(np.abs(d_image)))
-    num_pixels = drawing.size[0] * drawing.size[1]
-    return total * (2 * image_tolerance(drawing, pieces) + UNIT * num_pixels)
+    deviations = []
+    for outlines in flatten(drawing, pieces):
+        start, end = lines_of(outlines)
+        low, high = np.minimum(start, end), np.maximum(start, end)
+        row, column = np.arange(drawing.size[0])[:, None], np.arange(drawing.size[1])[:, None]
+        in_row = (low[:, 1] <= row + 1) & (high[:, 1] >= row)
+        in_column = (low[:, 0] <= column + 1) & (high[:, 0] >= column)
+        per_pixel = np.max(in_row.astype(int) @ in_column.astype(int).T)
+        per_row = np.max(np.sum(in_row, axis=1))
+        sums = (per_row + drawing.size[1]) * (UNIT * max(1, per_row / 2)) ** 2 / 3
+        deviations.append(np.sqrt(per_pixel * (2 * _position_deviation(drawing)) ** 2 + sums))
+    return np.array(deviations)
 
 
-def _scale(drawing: Drawing) -> float:
-    return float(max(np.max(np.abs(drawing.points), initial=1.0), *drawing.size))
+def _image_deviation(drawing: Drawing, pieces: ArrayLike) -> float:
+    layers = drawing.colors[:, 3] * _coverage_deviation(drawing, pieces)
+    return float(np.sqrt(np.sum(layers**2) + OVER_ROUNDINGS * (drawing.num_layers + 1) * UNIT**2 / 3))
 
 
-def _lines_per_row(outlines: list[NDArray[np.float64]], height: int) -> int:
+def _position_deviation(drawing: Drawing) -> float:
+    scale = np.sqrt(np.mean(drawing.points**2)) if drawing.num_segments else 0.0
+    return float(np.sqrt(POSITION_ROUNDINGS / 3) * UNIT * max(1.0, scale))
+
+
+def _lengths(outlines: list[FloatArray], pixels: NDArray[np.intp]) -> FloatArray:
+    """Length of outline in each of the pixels (row, column) (P, 2), by clipping every line to them: (P,), px."""
     start, end = lines_of(outlines)
-    top, bottom = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])
-    row = np.arange(height)[:, None]
-    return int(np.max(np.sum((top <= row + 1) & (bottom >= row), axis=1)))
+    along = end - start
+    enter, leave = np.zeros((len(pixels), len(start))), np.ones((len(pixels), len(start)))
+    for axis in (0, 1):
+        border = pixels[:, 1 - axis, None] + np.array([0, 1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            meets = (border[:, None, :] - start[:, axis, None]) / along[:, axis, None]
+        # A line along a border has 0 / 0 there and is taken to lie inside.
+        enter = np.fmax(enter, np.min(meets, axis=2))
+        leave = np.fmin(leave, np.max(meets, axis=2))
+    return np.sum(np.maximum(leave - enter, 0) * np.hypot(*along.T), axis=1)

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is on the device: a drawing's numbers, its outlines as lines, and the tiles that they may touch."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.bezier import pieces_for
+from livecl.drawing import Drawing
+from livecl.launcher import Launcher
+from livecl.tiling import Grid, IntArray, Spans, layer_bounds, plan_spans
+
+#: Pixels that boxes reach beyond the outline, so that rounding and edges exactly on a tile's border stay inside.
+MARGIN = 0.125
+#: Pixels that boxes are larger than needed when they are laid out anew, so that small steps keep the layout.
+SLACK = 3.0
+
+
+@dataclasses.dataclass
+class _Outlines:
+    """Flattened outlines for one use, under a scope of the launcher."""
+
+    pieces: Any = None
+    num_lines: int = 0
+    drawing: Drawing | None = None
+    boxes: IntArray | None = None
+    spans: Spans | None = None
+
+
+class Scene:
+    """The drawing on the device; what has not changed since it was last put there stays.
+
+    Parameters
+    ----------
+    launcher : Launcher
+        Where buffers live and kernels run.
+    grid : Grid
+        Strips and tiles of the canvas.
+    tolerance : float
+        Distance px between curve and lines where the caller does not say how many lines.
+    max_tiles : int
+        Tiles that are worked on at a time.
+    """
+
+    def __init__(self, launcher: Launcher, grid: Grid, tolerance: float, max_tiles: int) -> None:
+        self.launcher = launcher
+        self.grid = grid
+        self.tolerance = tolerance
+        self.max_tiles = max_tiles
+        self.drawing: Drawing | None = None
+        self._bounds: NDArray[np.float64] = np.zeros((0, 4))
+        self._outlines: dict[str, _Outlines] = {}
+        launcher.set(width=grid.width, height=grid.height, num_strips=grid.num_strips, num_tiles=grid.num_tiles)
+        launcher.set(num_columns=grid.num_columns)
+
+    def load(self, drawing: Drawing) -> None:
+        """Put the drawing's numbers on the device."""
+        if drawing is self.drawing:
+            return
+        if drawing.size != (self.grid.height, self.grid.width):
+            raise ValueError(f"drawing: size {drawing.size}, wanted {(self.grid.height, self.grid.width)}")
+        run = self.launcher
+        if self.drawing is None or not self.drawing.same_structure(drawing):
+            self._outlines.clear()
+            run.set(num_segments=drawing.num_segments, num_layers=drawing.num_layers)
+            run.write("next_segments", drawing.next_segments)
+            run.write("layer_segments", drawing.segment_offsets)
+        self.drawing = drawing
+        self._bounds = layer_bounds(drawing)
+        background = np.zeros(3) if drawing.background is None else drawing.background
+        run.write_reals("params", background, np.zeros(1), drawing.colors.ravel(), drawing.points.ravel())
+
+    def flatten(self, scope: str, pieces: ArrayLike | None, reach: float) -> Spans:
+        """Flatten the loaded drawing and return the spans within `reach` px of its layers' outlines.
+
+        Parameters
+        ----------
+        scope : str
+            Scope of the launcher that receives lines and spans.
+        pieces : (M,) array_like of int, or None
+            Lines for each segment; None chooses them by the tolerance.
+        reach : float
+            How far from the outlines pixels matter, px.
+        """
+        assert self.drawing is not None
+        outlines = self._outlines.setdefault(scope, _Outlines())
+        if outlines.drawing is self.drawing and outlines.pieces is pieces and outlines.spans is not None:
+            return outlines.spans
+        if outlines.pieces is None or outlines.pieces is not pieces:
+            self._split(scope, outlines, pieces)
+        outlines.drawing = self.drawing
+        self.launcher("flatten_forward", self.drawing.num_segments, scope)
+        return self._place(scope, outlines, reach + MARGIN)
+
+    def num_lines(self, scope: str) -> int:
+        """Return the number of lines that the drawing was flattened into."""
+        return self._outlines[scope].num_lines
+
+    def _split(self, scope: str, outlines: _Outlines, pieces: ArrayLike | None) -> None:
+        drawing, run = self.drawing, self.launcher
+        assert drawing is not None
+        counts = pieces_for(drawing.cubics, self.tolerance) if pieces is None else np.asarray(pieces)
+        if counts.shape != (drawing.num_segments,) or counts.dtype.kind not in "iu" or np.any(counts < 1):
+            raise ValueError(f"pieces: wanted {drawing.num_segments} whole numbers of at least 1, one for each segment")
+        line_offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        outlines.pieces, outlines.num_lines = pieces, int(line_offsets[-1])
+        run.write(f"{scope}.line_offsets", line_offsets)
+        run.write(f"{scope}.line_layers", np.repeat(drawing.segment_layers, counts))
+        run.reserve_reals(f"{scope}.lines", 4 * outlines.num_lines)
+        run.reserve_reals(f"{scope}.segment_bounds", 4 * drawing.num_segments)
+
+    def _place(self, scope: str, outlines: _Outlines, margin: float) -> Spans:
+        """Lay out the spans, unless every layer is still inside the boxes laid out last."""
+        tight, boxes = self.grid.boxes(self._bounds, margin), outlines.boxes
+        if outlines.spans is not None and boxes is not None:
+            if (tight[:, :2] >= boxes[:, :2]).all() and (tight[:, 2:] <= boxes[:, 2:]).all():
+                return outlines.spans
+        outlines.boxes = self.grid.boxes(self._bounds, margin + SLACK)
+        spans = outlines.spans = plan_spans(outlines.boxes, self.grid.num_strips, self.max_tiles)
+        for name in ("spans", "strip_offsets", "layer_strips", "layer_spans"):
+            self.launcher.write(f"{scope}.{name}", getattr(spans, name))
+        return spans

@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Saving a `Drawing` as SVG: what the file says, what it loses, what comes back, what another renderer shows."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from livecl.drawing import Drawing, empty_drawing
+from livecl.image import over_background, read_image
+from livecl.svg import format_svg, parse_color, quantize, read_svg, save_svg
+
+SVG = "{http://www.w3.org/2000/svg}"
+INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
+
+
+def random_drawing(seed: int, background: bool = True, spread: float = 300.0) -> Drawing:
+    """Return five layers of one to three subpaths, of one to eight segments each, in stages 0, 0, 1, 0 and 7."""
+    rng = np.random.default_rng(seed)
+    subpaths = rng.integers(1, 4, 5)
+    segments = rng.integers(1, 9, subpaths.sum())
+    return Drawing(
+        points=rng.normal(scale=spread, size=(segments.sum(), 3, 2)),
+        colors=rng.random((5, 4)),
+        size=(53, 47),
+        background=rng.random(3) if background else None,
+        subpath_offsets=np.cumsum([0, *segments]),
+        layer_offsets=np.cumsum([0, *subpaths]),
+        stages=np.array([0, 0, 1, 0, 7]),
+    )
+
+
+def square(x: float, y: float, side: float) -> NDArray[np.float64]:
+    corners = np.array([[x, y], [x + side, y], [x + side, y + side], [x, y + side]])
+    step = np.roll(corners, -1, axis=0) - corners
+    return np.stack([corners, corners + step / 3, corners + 2 * step / 3], axis=1)
+
+
+def assert_equal(got: Drawing, wanted: Drawing) -> None:
+    assert got.size == wanted.size
+    for name in ("points", "colors", "subpath_offsets", "layer_offsets", "stages"):
+        np.testing.assert_array_equal(getattr(got, name), getattr(wanted, name), err_msg=name)
+    assert (got.background is None) == (wanted.background is None)
+    if got.background is not None and wanted.background is not None:
+        np.testing.assert_array_equal(got.background, wanted.background)
+
+
+def test_exact_text() -> None:
+    drawing = Drawing(
+        points=np.concatenate([square(1, 2, 3), [[[-0.0001, 5.5], [6.25, 7], [8.12345, 9]]]]),
+        colors=[[1, 0, 0, 1], [0.2, 0.4, 0.6, 0.5]],
+        size=(20, 30),
+        background=(1, 1, 1),
+        subpath_offsets=[0, 4, 5],
+        layer_offsets=[0, 1, 2],
+        stages=[0, 1],
+    )
+    assert format_svg(drawing) == (
+        '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" '
+        'width="30" height="20" viewBox="0 0 30 20">\n'
+        '  <rect id="background" width="30" height="20" fill="#ffffff"/>\n'
+        '  <g inkscape:groupmode="layer" inkscape:label="stage 1" id="stage-1">\n'
+        '    <path id="layer-1" fill="#ff0000" fill-rule="nonzero" '
+        'd="M 1 2 C 2 2 3 2 4 2 4 3 4 4 4 5 3 5 2 5 1 5 1 4 1 3 1 2 Z"/>\n'
+        "  </g>\n"
+        '  <g inkscape:groupmode="layer" inkscape:label="stage 2" id="stage-2">\n'
+        '    <path id="layer-2" fill="#336699" fill-opacity="0.50196" fill-rule="nonzero" '
+        'd="M 0 5.5 C 6.25 7 8.123 9 0 5.5 Z"/>\n'
+        "  </g>\n"
+        "</svg>\n"
+    )
+
+
+def test_structure_of_a_larger_drawing() -> None:
+    drawing = random_drawing(1)
+    root = ElementTree.fromstring(format_svg(drawing))
+    assert (root.get("width"), root.get("height"), root.get("viewBox")) == ("47", "53", "0 0 47 53")
+    assert [child.tag for child in root] == [f"{SVG}rect"] + 4 * [f"{SVG}g"]
+    groups = root.findall(f"{SVG}g")
+    assert [group.get(f"{INKSCAPE}label") for group in groups] == ["stage 1", "stage 2", "stage 1", "stage 8"]
+    assert {group.get(f"{INKSCAPE}groupmode") for group in groups} == {"layer"}
+    paths = root.findall(f".//{SVG}path")
+    assert [path.get("id") for path in paths] == [f"layer-{n}" for n in range(1, 6)]
+    assert {path.get("fill-rule") for path in paths} == {"nonzero"}
+    data = [path.get("d", "") for path in paths]
+    assert [d.count("M") for d in data] == [d.count("Z") for d in data] == np.diff(drawing.layer_offsets).tolist()
+    ids = [element.get("id") for element in root.iter() if "id" in element.attrib]
+    assert len(ids) == len(set(ids))
+
+
+@pytest.mark.parametrize("precision", range(10))
+@pytest.mark.parametrize("background", [True, False])
+def test_round_trip_is_exact(precision: int, background: bool) -> None:
+    for seed in range(4):
+        drawing = random_drawing(seed, background, spread=10.0 ** (seed + 1))
+        held = quantize(drawing, precision)
+        text = format_svg(drawing, precision)
+        back = read_svg(text.encode())
+        assert_equal(back, held)
+        assert format_svg(back, precision) == text
+        assert format_svg(held, precision) == text
+
+
+def test_every_opacity_and_level_comes_back() -> None:
+    levels = np.arange(256) / 255
+    drawing = Drawing(
+        points=np.tile(square(1, 1, 5), (256, 1, 1)),
+        colors=np.stack([levels, levels[::-1], levels, levels], axis=1),
+        size=(9, 9),
+    )
+    assert_equal(read_svg(format_svg(drawing).encode()), drawing)
+
+
+def test_degenerate_outlines_come_back() -> None:
+    """All points equal, no turn at all, a single segment, zero segments of zero length: kept as they are."""
+    point, line = np.full((2, 3, 2), 4.5), np.array([[[1, 1], [2, 2], [3, 3]], [[4, 4], [3, 3], [2, 2]]])
+    drawing = Drawing(
+        points=np.concatenate([point, line, point[:1]]),
+        colors=np.full((3, 4), 0.2),
+        size=(9, 9),
+        subpath_offsets=[0, 2, 4, 5],
+        layer_offsets=[0, 1, 2, 3],
+    )
+    assert_equal(read_svg(format_svg(drawing).encode()), quantize(drawing))
+
+
+def test_largest_coordinates_come_back() -> None:
+    points = np.array([[[1e6, -1e6], [999999.999999, 123456.789012], [-0.0004, 1e-9]]])
+    drawing = Drawing(points=points, colors=[[0, 0, 0, 1]], size=(9, 9))
+    for precision in range(10):
+        assert_equal(read_svg(format_svg(drawing, precision).encode()), quantize(drawing, precision))
+
+
+def test_empty_drawings() -> None:
+    for background in (None, (0.2, 0.4, 0.6)):
+        drawing = empty_drawing((3, 5), background)
+        assert_equal(read_svg(format_svg(drawing).encode()), drawing)
+
+
+def test_layer_that_looks_like_the_background_stays_a_layer() -> None:
+    drawing = Drawing(points=square(0, 0, 9), colors=[[1, 1, 1, 1]], size=(9, 9), background=None)
+    assert_equal(read_svg(format_svg(drawing).encode()), quantize(drawing))
+
+
+def test_quantize() -> None:
+    drawing = random_drawing(2)
+    held = quantize(drawing, 2)
+    assert np.abs(held.points - drawing.points).max() <= 0.005 + 1e-12
+    assert np.abs(held.colors - drawing.colors).max() <= 0.5 / 255 + 1e-12
+    np.testing.assert_array_equal(np.round(held.colors * 255) / 255, held.colors)
+    assert_equal(quantize(held, 2), held)
+    assert not np.any(np.signbit(quantize(drawing.replace(points=drawing.points * 0 - 1e-5)).points))
+
+
+@pytest.mark.parametrize("precision", [-1, 10, 2.5])
+def test_wrong_precision(precision: int) -> None:
+    with pytest.raises(ValueError, match="precision"):
+        format_svg(random_drawing(0), precision)
+
+
+def test_save(tmp_path: Path) -> None:
+    drawing, path = random_drawing(3), tmp_path / "out.svg"
+    path.write_text("old")
+    save_svg(drawing, path, precision=1)
+    assert path.read_bytes() == format_svg(drawing, 1).encode()
+    assert_equal(read_svg(path), quantize(drawing, 1))
+    assert_equal(read_svg(str(path)), quantize(drawing, 1))
+    drawing.save_svg(path)
+    assert path.read_text() == drawing._repr_svg_() == format_svg(drawing)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def rendered(svg: str) -> NDArray[np.float32]:
+    """Return what resvg shows, over white."""
+    resvg_py = pytest.importorskip("resvg_py")
+    return over_background(read_image(bytes(resvg_py.svg_to_bytes(svg_string=svg))), (1, 1, 1))
+
+
+def test_shown_by_another_renderer() -> None:
+    """A hole, a translucent layer above it, the background around."""
+    hole = square(8, 8, 8)[::-1]
+    hole = np.stack([hole[:, 0], hole[:, 0], np.roll(hole[:, 0], -1, axis=0)], axis=1)
+    drawing = Drawing(
+        points=np.concatenate([square(4, 4, 16), hole, square(12, 12, 20)]),
+        colors=[[1, 0, 0, 1], [0, 0, 1, 0.4]],
+        size=(30, 40),
+        background=(0.2, 0.8, 0.2),
+        subpath_offsets=[0, 4, 8, 12],
+        layer_offsets=[0, 2, 3],
+    )
+    image = rendered(format_svg(drawing))
+    assert image.shape == (30, 40, 3)
+    green, red, blue = np.array([0.2, 0.8, 0.2]), np.array([1.0, 0, 0]), np.array([0, 0, 1.0])
+    expected = {
+        (1, 1): green,
+        (5, 5): red,
+        (10, 10): green,
+        (14, 14): 0.4 * blue + 0.6 * green,
+        (18, 18): 0.4 * blue + 0.6 * red,
+        (25, 25): 0.4 * blue + 0.6 * green,
+        (25, 38): green,
+    }
+    for (row, column), color in expected.items():
+        np.testing.assert_allclose(image[row, column], color, atol=1.5 / 255, err_msg=f"{row}, {column}")
+
+
+@pytest.mark.parametrize(
+    ("text", "rgb"),
+    [
+        ("white", (1, 1, 1)),
+        (" Black ", (0, 0, 0)),
+        ("rebeccapurple", (102 / 255, 51 / 255, 153 / 255)),
+        ("#369", (0.2, 0.4, 0.6)),
+        ("#336699", (0.2, 0.4, 0.6)),
+        ("#336699FF", (0.2, 0.4, 0.6)),
+        ("rgb(51, 102, 153)", (0.2, 0.4, 0.6)),
+        ("rgb(20% 40% 60% / 100%)", (0.2, 0.4, 0.6)),
+        ("hsl(120, 100%, 25%)", (0, 0.5, 0)),
+    ],
+)
+def test_parse_color(text: str, rgb: tuple[float, float, float]) -> None:
+    color = parse_color(text)
+    assert color.dtype == np.float64
+    np.testing.assert_allclose(color, rgb, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "none", "whiteish", "#12", "#12345", "#ggg", "123", "rgb(1,2)", "rgb(1,nan,3)", "rgb(a,b,c)", "url(#a)"],
+)
+def test_parse_color_refuses(text: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(f"color: got {text!r}")):
+        parse_color(text)
+
+
+def test_parse_color_refuses_translucent_and_other_types() -> None:
+    for text in ("transparent", "#3698", "rgba(1,2,3,0.5)"):
+        with pytest.raises(ValueError, match="opaque"):
+            parse_color(text)
+    with pytest.raises(ValueError, match="color: got 3"):
+        parse_color(3)  # type: ignore[arg-type]
