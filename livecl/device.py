@@ -132,7 +132,7 @@ def open_device(spec: int | str | None = None) -> OpenDevice:
         device = _devices()[index]
         try:
             context = cl.Context([device])
-            queue = cl.CommandQueue(context, device)
+            queue = cl.CommandQueue(context, device, properties=cl.command_queue_properties.PROFILING_ENABLE)
         except cl.Error as error:
             raise DeviceError(f"cannot open {_describe(index, device)}: {error}") from error
         _opened[index] = OpenDevice(_describe(index, device), device, context, queue, os.getpid())

@@ -42,6 +42,8 @@ class Launcher:
         self._values: dict[str, Any] = {}
         self._arguments: dict[str, list[Any]] = {name: [None] * len(p) for name, p in self._parameters.items()}
         self._written: dict[str, NDArray[Any]] = {}
+        #: Where a list is put here, each launch appends the kernel's name and its event, for profiling.
+        self.trace: list[tuple[str, Any]] | None = None
 
     def reserve(self, name: str, num_bytes: int) -> Any:
         """Return the buffer of that name, made anew (half as large again) if it is smaller than asked for.
@@ -107,4 +109,6 @@ class Launcher:
                 kernel.set_arg(index, value)
                 arguments[index] = value
         local = self._local_size
-        cl.enqueue_nd_range_kernel(self._opened.queue, kernel, (-(-num_items // local) * local,), (local,))
+        event = cl.enqueue_nd_range_kernel(self._opened.queue, kernel, (-(-num_items // local) * local,), (local,))
+        if self.trace is not None:
+            self.trace.append((name, event))

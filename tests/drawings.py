@@ -336,3 +336,16 @@ BORDER_CASES: dict[str, Callable[[], Case]] = {
         pieces=6,
     ),
 }
+
+#: Both kinds; where a test needs no derivative, the borders make no difference.
+ALL_CASES: dict[str, Callable[[], Case]] = {
+    **CASES,
+    **{f"border: {name}": case for name, case in BORDER_CASES.items()},
+}
+
+#: Many layers, as kernels often have an inner depth that is fixed.
+CROWDS: dict[str, Callable[[], Case]] = {
+    "80 small, 70 large": lambda: many_layers((24, 24), 80, 70, 5),
+    "256 large": lambda: many_layers((33, 41), 0, 256, 6),
+    "300 small": lambda: many_layers((40, 30), 300, 0, 7),
+}

@@ -3,19 +3,17 @@
 
 from __future__ import annotations
 
+import drawings
 import numpy as np
 import pytest
-
-import drawings
 import reference
 from conftest import RasterizerFor
-from livecl import Drawing, bezier
-from livecl.rasterizer import Rasterizer
 from reference.coverage import coverage, enclosed_area, supersampled
 from reference.flatten import flatten
 from reference.rounding import UNIT, coverage_tolerance
 
-ALL_CASES = {**drawings.CASES, **{f"border: {name}": case for name, case in drawings.BORDER_CASES.items()}}
+from livecl import Drawing, bezier
+from livecl.rasterizer import Rasterizer
 
 
 def _coverages(rasterizer: Rasterizer, case: drawings.Case) -> np.ndarray:
@@ -34,16 +32,16 @@ def _of_path(rasterizer: Rasterizer, path: np.ndarray, size: tuple[int, int], pi
     return rasterizer.forward(drawing, pieces=np.full(len(path), pieces))[..., 0]
 
 
-@pytest.mark.parametrize("name", ALL_CASES)
+@pytest.mark.parametrize("name", drawings.ALL_CASES)
 def test_double_against_reference(rasterizer_for: RasterizerFor, name: str) -> None:
-    case = ALL_CASES[name]()
+    case = drawings.ALL_CASES[name]()
     found = _coverages(rasterizer_for(case.drawing.size, np.float64), case)
     np.testing.assert_allclose(found, reference.layer_coverages(case.drawing, case.pieces), rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", ALL_CASES)
+@pytest.mark.parametrize("name", drawings.ALL_CASES)
 def test_float_against_reference(rasterizer_for: RasterizerFor, name: str) -> None:
-    case = ALL_CASES[name]()
+    case = drawings.ALL_CASES[name]()
     found = _coverages(rasterizer_for(case.drawing.size, np.float32), case)
     error = np.max(np.abs(found - reference.layer_coverages(case.drawing, case.pieces)), axis=(1, 2))
     assert found.dtype == np.float32
@@ -51,11 +49,11 @@ def test_float_against_reference(rasterizer_for: RasterizerFor, name: str) -> No
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("name", ALL_CASES)
+@pytest.mark.parametrize("name", drawings.ALL_CASES)
 def test_inside_is_exactly_one_and_outside_exactly_zero(rasterizer_for: RasterizerFor, name: str, dtype: type) -> None:
     # No residue of sums, so that "empty" and "opaque" can be told by comparison; up to rounding of the vertices, which
     # may put a line that lies on a pixel border into the pixel beside it.
-    case = ALL_CASES[name]()
+    case = drawings.ALL_CASES[name]()
     found = _coverages(rasterizer_for(case.drawing.size, dtype), case)
     assert np.all((found >= 0) & (found <= 1))
     for layer, outlines in enumerate(flatten(case.drawing, case.pieces)):
@@ -141,7 +139,7 @@ def test_far_coordinates(rasterizer_for: RasterizerFor) -> None:
 
 
 def _crossing(first: float, second: float) -> np.ndarray:
-    """Two long lines through the middle of pixel (10, 10), at these angles, joined so that the windings there are 0, 1, 2, 1."""
+    """Two long lines through the middle of pixel (10, 10), joined so that the windings there are 0, 1, 2, 1."""
     middle, reach = np.array((10.5, 10.5)), 9.0
     ends = [
         middle + reach * np.array((np.cos(angle), np.sin(angle)))

@@ -3,32 +3,29 @@
 
 from __future__ import annotations
 
+import drawings
 import numpy as np
 import pytest
-
-import drawings
 from conftest import RasterizerFor
 from reference.distance import distance_weight
 from reference.rounding import UNIT
 
-ALL_CASES = {**drawings.CASES, **{f"border: {name}": case for name, case in drawings.BORDER_CASES.items()}}
-
 
 @pytest.mark.parametrize("tau", [10.0, 1.7])
-@pytest.mark.parametrize("name", ALL_CASES)
+@pytest.mark.parametrize("name", drawings.ALL_CASES)
 def test_double_against_reference(rasterizer_for: RasterizerFor, name: str, tau: float) -> None:
-    case = ALL_CASES[name]()
+    case = drawings.ALL_CASES[name]()
     found = rasterizer_for(case.drawing.size, np.float64).distance_weight(case.drawing, tau=tau, pieces=case.pieces)
     assert found.shape == case.drawing.size and found.dtype == np.float64
     np.testing.assert_allclose(found, distance_weight(case.drawing, tau, case.pieces), rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("name", ALL_CASES)
+@pytest.mark.parametrize("name", drawings.ALL_CASES)
 def test_float_against_reference(rasterizer_for: RasterizerFor, name: str) -> None:
     # A squared distance is a sum of squares of numbers of the coordinates' size s, after some 12 roundings for the
     # vertex and the foot: the distance is off by e = 16 s units, or by sqrt(e s) where it is nearly 0. A layer's weight is
     # (tau - d) / sum; the sum is off by no more than e a pixel, and by a unit for each of its P additions.
-    case = ALL_CASES[name]()
+    case = drawings.ALL_CASES[name]()
     found = rasterizer_for(case.drawing.size, np.float32).distance_weight(case.drawing, tau=10.0, pieces=case.pieces)
     expected = distance_weight(case.drawing, 10.0, case.pieces)
     scale = max(*case.drawing.size, float(np.max(np.abs(case.drawing.points))))

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
+import drawings
 import numpy as np
 import pytest
-
-import drawings
 from conftest import RasterizerFor
-from livecl import Drawing, bezier
 from reference.flatten import flatten, flatten_backward
+
+from livecl import Drawing, bezier
 
 CURVED = ["holes", "tangles", "1 to 9 segments", "across the canvas's borders", "outside and around"]
 

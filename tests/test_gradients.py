@@ -8,22 +8,18 @@ weights. Errors are relative to the norm of the whole gradient of that kind (poi
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable
-
-import numpy as np
-import pytest
+from collections.abc import Sequence
 
 import drawings
+import numpy as np
+import pytest
 from conftest import RasterizerFor
-from livecl.rasterizer import Gradients, Rasterizer
 from reference import differences
 from reference.rounding import colors_tolerance, image_tolerance, points_tolerance
 
+from livecl.rasterizer import Gradients, Rasterizer
+
 RELATIVE = 1e-6
-CROWDS = {
-    "80 small, 70 large": lambda: drawings.many_layers((24, 24), 80, 70, 5),
-    "256 large": lambda: drawings.many_layers((33, 41), 0, 256, 6),
-}
 
 
 class Losses:
@@ -52,24 +48,25 @@ class Losses:
         return linear, quadratic
 
 
-def _check_points(losses: Losses, entries: Iterable[int] | None = None) -> None:
+def _check_points(losses: Losses, entries: Sequence[int] | None = None) -> None:
     points = losses.case.drawing.points
-    entries = range(points.size) if entries is None else list(entries)
+    entries = range(points.size) if entries is None else entries
     numerical = differences.by_small_steps(lambda x: losses(points=x), points, entries)
     for found, expected in zip(losses.gradients(), numerical, strict=True):
-        norm = np.linalg.norm(found.points)
+        norm = float(np.linalg.norm(found.points))
         assert norm > 0
-        error = np.abs(found.points.ravel()[entries] - expected)
-        worst = np.unravel_index(entries[int(np.argmax(error))], points.shape)
-        assert np.linalg.norm(error) <= RELATIVE * max(norm, float(np.linalg.norm(expected))), (
-            f"relative error {np.linalg.norm(error) / norm:.2e}; worst at points{[int(i) for i in worst]}: "
-            f"{found.points[worst]:.9f}, by differences {expected[np.argmax(error)]:.9f}"
+        errors = np.abs(found.points.ravel()[entries] - expected)
+        error = float(np.linalg.norm(errors))
+        worst = np.unravel_index(entries[int(np.argmax(errors))], points.shape)
+        assert error <= RELATIVE * norm, (
+            f"relative error {error / norm:.2e}; worst at points{[int(i) for i in worst]}: "
+            f"{found.points[worst]:.9f}, by differences {expected[np.argmax(errors)]:.9f}"
         )
 
 
-def _check_colors(losses: Losses, entries: Iterable[int] | None = None) -> None:
+def _check_colors(losses: Losses, entries: Sequence[int] | None = None) -> None:
     drawing = losses.case.drawing
-    entries = range(drawing.colors.size) if entries is None else list(entries)
+    entries = range(drawing.colors.size) if entries is None else entries
     numerical = differences.of_quadratic(lambda x: losses(colors=x), drawing.colors, entries)
     for found, expected in zip(losses.gradients(), numerical, strict=True):
         error = np.linalg.norm(found.colors.ravel()[entries] - expected)
@@ -102,19 +99,19 @@ def test_colors_opacities_background(rasterizer_for: RasterizerFor, name: str) -
     _check_colors(Losses(rasterizer_for(case.drawing.size, np.float64), case))
 
 
-@pytest.mark.parametrize("name", CROWDS)
+@pytest.mark.parametrize("name", drawings.CROWDS)
 def test_many_layers(rasterizer_for: RasterizerFor, name: str) -> None:
-    case = CROWDS[name]()
+    case = drawings.CROWDS[name]()
     losses = Losses(rasterizer_for(case.drawing.size, np.float64), case)
     rng = np.random.default_rng(1)
-    _check_points(losses, rng.choice(case.drawing.points.size, 60, replace=False))
-    _check_colors(losses, rng.choice(case.drawing.colors.size, 40, replace=False))
+    _check_points(losses, rng.choice(case.drawing.points.size, 60, replace=False).tolist())
+    _check_colors(losses, rng.choice(case.drawing.colors.size, 40, replace=False).tolist())
 
 
-@pytest.mark.parametrize("name", [*drawings.CASES, *CROWDS])
+@pytest.mark.parametrize("name", [*drawings.CASES, *drawings.CROWDS])
 def test_many_directions(rasterizer_for: RasterizerFor, name: str) -> None:
     # All points at once along random directions: what no single entry shows, such as a vertex that is summed twice.
-    case = {**drawings.CASES, **CROWDS}[name]()
+    case = {**drawings.CASES, **drawings.CROWDS}[name]()
     losses = Losses(rasterizer_for(case.drawing.size, np.float64), case)
     rng = np.random.default_rng(2)
     gradients = losses.gradients()
@@ -130,9 +127,9 @@ def test_many_directions(rasterizer_for: RasterizerFor, name: str) -> None:
             assert abs(np.sum(found.points * direction) - derivative) <= RELATIVE * scale
 
 
-@pytest.mark.parametrize("name", [*drawings.CASES, *drawings.BORDER_CASES, *CROWDS])
+@pytest.mark.parametrize("name", [*drawings.CASES, *drawings.BORDER_CASES, *drawings.CROWDS])
 def test_backward_and_loss_and_gradients_agree(rasterizer_for: RasterizerFor, name: str) -> None:
-    case = {**drawings.CASES, **drawings.BORDER_CASES, **CROWDS}[name]()
+    case = {**drawings.CASES, **drawings.BORDER_CASES, **drawings.CROWDS}[name]()
     losses = Losses(rasterizer_for(case.drawing.size, np.float64), case)
     loss, fused = losses.rasterizer.loss_and_gradients(case.drawing, losses.target, losses.weight, pieces=case.pieces)
     image = losses.rasterizer.forward(case.drawing, pieces=case.pieces)
@@ -148,9 +145,9 @@ def test_backward_and_loss_and_gradients_agree(rasterizer_for: RasterizerFor, na
         np.testing.assert_allclose(fused.background, two_steps.background, rtol=0, atol=1e-12 * scale)
 
 
-@pytest.mark.parametrize("name", [*drawings.CASES, *CROWDS])
+@pytest.mark.parametrize("name", [*drawings.CASES, *drawings.CROWDS])
 def test_float_against_double(rasterizer_for: RasterizerFor, name: str) -> None:
-    case = {**drawings.CASES, **CROWDS}[name]()
+    case = {**drawings.CASES, **drawings.CROWDS}[name]()
     single = Losses(rasterizer_for(case.drawing.size, np.float32), case)
     double = Losses(rasterizer_for(case.drawing.size, np.float64), case)
     image = double.rasterizer.forward(case.drawing, pieces=case.pieces)
@@ -161,7 +158,7 @@ def test_float_against_double(rasterizer_for: RasterizerFor, name: str) -> None:
     )
     for found, exact, d_image in zip(single.gradients(), double.gradients(), d_images, strict=True):
         assert found.points.dtype == np.float64
-        assert np.max(np.abs(found.points - exact.points)) <= points_tolerance(case.drawing, case.pieces, d_image)
+        assert np.all(np.abs(found.points - exact.points) <= points_tolerance(case.drawing, case.pieces, d_image))
         tolerance = colors_tolerance(case.drawing, case.pieces, d_image)
         assert np.max(np.abs(found.colors - exact.colors)) <= tolerance
         if exact.background is not None:
@@ -175,8 +172,8 @@ def test_float_against_double_on_pixel_borders(rasterizer_for: RasterizerFor, na
     single = Losses(rasterizer_for(case.drawing.size, np.float32), case)
     double = Losses(rasterizer_for(case.drawing.size, np.float64), case)
     found, exact = single.gradients()[0], double.gradients()[0]
-    tolerance = points_tolerance(case.drawing, case.pieces, single.d_image)
-    assert np.max(np.abs(found.points - exact.points)) <= tolerance
+    tolerance = points_tolerance(case.drawing, case.pieces, single.d_image, on_borders=True)
+    assert np.all(np.abs(found.points - exact.points) <= tolerance)
 
 
 def test_saturated_edges_have_no_gradient(rasterizer_for: RasterizerFor) -> None:
@@ -198,8 +195,8 @@ def test_what_is_outside_has_no_gradient(rasterizer_for: RasterizerFor) -> None:
 
 
 def test_moving_a_border_edge_by_hand(rasterizer_for: RasterizerFor) -> None:
-    # A white square over black with L = G . image: its right edge lies between columns 5 and 6. Moved by x, L changes by
-    # x times the sum over the edge's rows of G in column 6 (x > 0) or 5 (x < 0); the mean of the two is the derivative.
+    # A white square over black with L = G . image: its right edge lies between columns 5 and 6. Moved by x, L changes
+    # by x times the sum over the edge's rows of G in column 6 (x > 0) or 5 (x < 0); the derivative is their mean.
     drawing = drawings.build([([drawings.rectangle(3, 2, 6, 7)], drawings.WHITE)], (9, 10), (0, 0, 0))
     g = np.random.default_rng(5).normal(size=(9, 10, 3))
     for dtype, tolerance in ((np.float64, 1e-12), (np.float32, 1e-5)):

@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What must hold for any drawing: symmetries, invisible layers, same bytes for the same input, and the errors raised."""
+"""What must hold for any drawing: symmetries, invisible layers, the same bytes for the same input, and errors."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import drawings
 import numpy as np
 import pytest
-
-import drawings
 from conftest import RasterizerFor
+from reference.rounding import coverage_tolerance, image_tolerance, points_tolerance
+
 from livecl import Drawing, list_devices
 from livecl.drawing import concatenate, empty_drawing
 from livecl.rasterizer import Gradients, Rasterizer
-from reference.rounding import coverage_tolerance, image_tolerance, points_tolerance
 
 DTYPES = [np.float32, np.float64]
 GENERIC = [
@@ -40,11 +40,17 @@ def _render(
     return image, rasterizer.backward(d_image)
 
 
-def _tolerances(case: drawings.Case, dtype: type, d_image: np.ndarray) -> tuple[float, float]:
-    """Of image and d_points: a reordered sum may differ by two worst errors; in double the same, in smaller units."""
+def _check(
+    found: tuple[np.ndarray, np.ndarray],
+    expected: tuple[np.ndarray, np.ndarray],
+    case: drawings.Case,
+    dtype: type,
+    d_image: np.ndarray,
+) -> None:
+    """Compare images and d_points, each off by its own rounding; in double the same, in smaller units."""
     factor = 2.0 if dtype is np.float32 else 2.0 * 2.0**-29
-    image = factor * image_tolerance(case.drawing, case.pieces)
-    return image, factor * points_tolerance(case.drawing, case.pieces, d_image)
+    assert np.max(np.abs(found[0] - expected[0])) <= factor * image_tolerance(case.drawing, case.pieces)
+    assert np.all(np.abs(found[1] - expected[1]) <= factor * points_tolerance(case.drawing, case.pieces, d_image))
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
@@ -55,7 +61,7 @@ def test_whole_pixel_shift_shifts_the_image(rasterizer_for: RasterizerFor, name:
     down, right = 9, 3
     larger = drawings.Case(drawing=case.drawing.replace(size=(height + 12, width + 7)), pieces=case.pieces)
     moved = drawings.Case(
-        drawing=larger.drawing.replace(points=case.drawing.points + (right, down)), pieces=case.pieces
+        drawing=larger.drawing.replace(points=case.drawing.points + np.array((right, down))), pieces=case.pieces
     )
     d_image = _image_like(case.drawing)
     d_larger, d_moved = np.zeros_like(_image_like(larger.drawing)), np.zeros_like(_image_like(moved.drawing))
@@ -63,11 +69,8 @@ def test_whole_pixel_shift_shifts_the_image(rasterizer_for: RasterizerFor, name:
     d_moved[down : down + height, right : right + width] = d_image
     image, gradients = _render(rasterizer_for, larger, dtype, d_larger)
     shifted, d_shifted = _render(rasterizer_for, moved, dtype, d_moved)
-    image_error, points_error = _tolerances(moved, dtype, d_image)
-    np.testing.assert_allclose(
-        shifted[down:, right:], image[: height + 12 - down, : width + 7 - right], rtol=0, atol=image_error
-    )
-    np.testing.assert_allclose(d_shifted.points, gradients.points, rtol=0, atol=points_error)
+    expected = image[: height + 12 - down, : width + 7 - right], gradients.points
+    _check((shifted[down:, right:], d_shifted.points), expected, moved, dtype, d_moved)
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
@@ -81,9 +84,8 @@ def test_transposed_drawing_gives_the_transposed_image(rasterizer_for: Rasterize
     d_image = _image_like(case.drawing)
     image, gradients = _render(rasterizer_for, case, dtype, d_image)
     transposed, d_transposed = _render(rasterizer_for, turned, dtype, np.swapaxes(d_image, 0, 1))
-    image_error, points_error = _tolerances(case, dtype, d_image)
-    np.testing.assert_allclose(np.swapaxes(transposed, 0, 1), image, rtol=0, atol=image_error)
-    np.testing.assert_allclose(d_transposed.points[..., ::-1], gradients.points, rtol=0, atol=points_error)
+    turned_back = np.swapaxes(transposed, 0, 1), d_transposed.points[..., ::-1]
+    _check(turned_back, (image, gradients.points), case, dtype, d_image)
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
@@ -97,9 +99,8 @@ def test_mirrored_drawing_gives_the_mirrored_image(rasterizer_for: RasterizerFor
     d_image = _image_like(case.drawing)
     image, gradients = _render(rasterizer_for, case, dtype, d_image)
     mirrored, d_mirrored = _render(rasterizer_for, flipped, dtype, d_image[:, ::-1])
-    image_error, points_error = _tolerances(case, dtype, d_image)
-    np.testing.assert_allclose(mirrored[:, ::-1], image, rtol=0, atol=image_error)
-    np.testing.assert_allclose(d_mirrored.points * (-1, 1), gradients.points, rtol=0, atol=points_error)
+    turned_back = mirrored[:, ::-1], d_mirrored.points * (-1, 1)
+    _check(turned_back, (image, gradients.points), case, dtype, d_image)
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
@@ -113,10 +114,8 @@ def test_reversed_paths_change_nothing(rasterizer_for: RasterizerFor, dtype: typ
     d_image = _image_like(case.drawing)
     image, gradients = _render(rasterizer_for, case, dtype, d_image)
     reversed_image, d_reversed = _render(rasterizer_for, drawings.straight(turned, 6), dtype, d_image)
-    image_error, points_error = _tolerances(case, dtype, d_image)
-    np.testing.assert_allclose(reversed_image, image, rtol=0, atol=image_error)
     back = np.concatenate([drawings.reverse(d_reversed.points[:4]), drawings.reverse(d_reversed.points[4:])])
-    np.testing.assert_allclose(back, gradients.points, rtol=0, atol=points_error)
+    _check((reversed_image, back), (image, gradients.points), case, dtype, d_image)
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
@@ -127,9 +126,8 @@ def test_first_anchor_can_be_any(rasterizer_for: RasterizerFor, dtype: type) -> 
     d_image = _image_like(case.drawing)
     image, gradients = _render(rasterizer_for, case, dtype, d_image)
     rolled_image, d_rolled = _render(rasterizer_for, rolled, dtype, d_image)
-    image_error, points_error = _tolerances(case, dtype, d_image)
-    np.testing.assert_allclose(rolled_image, image, rtol=0, atol=image_error)
-    np.testing.assert_allclose(np.roll(d_rolled.points, -2, axis=0), gradients.points, rtol=0, atol=points_error)
+    turned_back = rolled_image, np.roll(d_rolled.points, -2, axis=0)
+    _check(turned_back, (image, gradients.points), case, dtype, d_image)
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
@@ -161,13 +159,11 @@ def test_transparent_layer_changes_nothing(rasterizer_for: RasterizerFor, at: in
     same, d_same = _render(rasterizer_for, drawings.Case(drawing=with_it, pieces=pieces), dtype, d_image)
     np.testing.assert_array_equal(same, image)
     kept = order < 3
+    others = kept[with_it.segment_layers]
+    _check((same, d_same.points[others]), (image, gradients.points), case, dtype, d_image)
+    assert not d_same.points[~others].any()
     scale = 4 * np.finfo(dtype).eps
     np.testing.assert_allclose(d_same.colors[kept], gradients.colors, rtol=0, atol=scale * np.sum(np.abs(d_image)))
-    others = kept[with_it.segment_layers]
-    np.testing.assert_allclose(
-        d_same.points[others], gradients.points, rtol=0, atol=_tolerances(case, dtype, d_image)[1]
-    )
-    assert not d_same.points[~others].any()
 
 
 def test_disjoint_layers_can_change_places(rasterizer_for: RasterizerFor) -> None:
@@ -255,15 +251,13 @@ def test_devices_agree(name: str) -> None:
         pytest.skip("only one device found")
     case = drawings.CASES[name]()
     d_image = _image_like(case.drawing)
-    image_error, points_error = _tolerances(case, np.float32, d_image)
     results = []
     for found in devices:
         rasterizer = Rasterizer(case.drawing.size, device=found.index, dtype=np.float32)
         image = rasterizer.forward(case.drawing, pieces=case.pieces).copy()
         results.append((image, rasterizer.backward(d_image).points))
-    for image, d_points in results[1:]:
-        np.testing.assert_allclose(image, results[0][0], rtol=0, atol=image_error)
-        np.testing.assert_allclose(d_points, results[0][1], rtol=0, atol=points_error)
+    for result in results[1:]:
+        _check(result, results[0], case, np.float32, d_image)
 
 
 class TestErrors:

@@ -1,23 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The float64 references against closed forms, sampling and differences: what the kernels are compared with is right."""
+"""The float64 references against closed forms, sampling and differences, before anything is compared with them."""
 
 from __future__ import annotations
 
 import math
 import time
 
+import drawings
 import numpy as np
 import pytest
-
-import drawings
 import reference
-from livecl import bezier
 from reference import differences
 from reference.composite import composite_backward, composite_forward
 from reference.coverage import coverage, enclosed_area, lines_of, supersampled, winding_area
 from reference.distance import distance, distance_weight
 from reference.flatten import flatten, flatten_backward, weights
 from reference.xing import xing_loss
+
+from livecl import bezier
 
 
 def test_weights_are_bernstein() -> None:
@@ -39,7 +39,9 @@ def test_flatten_backward_is_the_transpose() -> None:
     moved = rng.normal(size=case.drawing.points.shape)
 
     def vertices(points: np.ndarray) -> np.ndarray:
-        return np.concatenate(sum(flatten(case.drawing.replace(points=points), case.pieces), []))
+        return np.concatenate(
+            [outline for layer in flatten(case.drawing.replace(points=points), case.pieces) for outline in layer]
+        )
 
     change = np.sum(d_vertices * (vertices(case.drawing.points + moved) - vertices(case.drawing.points)))
     assert np.sum(flatten_backward(case.drawing, case.pieces, d_vertices) * moved) == pytest.approx(change, rel=1e-12)
@@ -81,8 +83,8 @@ def test_coverage_sums_to_the_enclosed_area(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["opaque", "holes", "outside and around", "across the canvas's borders", "slivers"])
 def test_coverage_agrees_with_supersampling(name: str) -> None:
-    # A straight edge parallel to an axis is the worst: 10 columns of samples see its place to within half a tenth, evenly
-    # distributed, so its error has a mean square of 0.1^2 / 12 in each crossed pixel, of which a line has at most
+    # A straight edge parallel to an axis is the worst: 10 columns of samples see its place to within half a tenth,
+    # evenly distributed, so its error has a mean square of 0.1^2 / 12 in each crossed pixel, of which a line has at most
     # `crossed`. These outlines are clean (no winding numbers but 0 and 1 in a pixel), with a few edges a pixel at most.
     case = drawings.CASES[name]()
     for outlines in flatten(case.drawing, case.pieces):

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from reference import xing
 
 from livecl.losses import xing_loss
-from reference import xing
 
 #: One segment for each branch: D1 = 1 and 0, each with ReLU open and closed.
 BRANCHES = {
@@ -73,9 +73,9 @@ def test_straight_on_counts_as_no_right_turn() -> None:
 def test_no_direction_no_loss(short: str, length: float) -> None:
     a, b, c, d = np.array(BRANCHES["right turn, CD against it"], dtype=np.float64)
     if short != "CD":
-        b = a + (length, 0)
+        b = a + np.array((length, 0))
     if short != "AB":
-        d = c - (0, length)
+        d = c - np.array((0, length))
     value, d_cubics = xing_loss(np.array([[a, b, c, d]]))
     assert value == 0
     assert not d_cubics.any()
@@ -83,7 +83,7 @@ def test_no_direction_no_loss(short: str, length: float) -> None:
 
 def test_just_long_enough() -> None:
     a, _, c, d = np.array(BRANCHES["right turn, CD against it"], dtype=np.float64)
-    cubics = np.array([[a, a + (1.01e-3, 0), c, d]])
+    cubics = np.array([[a, a + np.array((1.01e-3, 0)), c, d]])
     value, d_cubics = xing_loss(cubics)
     assert value == pytest.approx(xing.xing_loss(cubics), rel=1e-12)
     assert value > 0
@@ -100,7 +100,7 @@ def test_does_not_depend_on_place_size_or_turn() -> None:
     cubics = np.random.default_rng(1).normal(scale=5, size=(50, 4, 2))
     value, _ = xing_loss(cubics)
     turn = np.array([[np.cos(1), np.sin(1)], [-np.sin(1), np.cos(1)]])
-    assert xing_loss(3 * cubics @ turn + (7, -9))[0] == pytest.approx(value, rel=1e-12)
+    assert xing_loss(3 * cubics @ turn + np.array((7, -9)))[0] == pytest.approx(value, rel=1e-12)
 
 
 def test_mirror_image_has_the_same_loss() -> None:

@@ -13,7 +13,7 @@ exactly, so they can lie inside [0, 1] also for an opacity of 0 or 1.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ STEP = 1e-5
 def by_small_steps(
     function: Callable[[FloatArray], FloatArray],
     x: FloatArray,
-    entries: Iterable[int] | None = None,
+    entries: Sequence[int] | None = None,
     step: float = STEP,
 ) -> FloatArray:
     """Return the derivatives of function(x) (K,) by the given flat entries of x, or by all: (K, entries)."""
@@ -45,7 +45,7 @@ def by_small_steps(
 
 
 def of_quadratic(
-    function: Callable[[FloatArray], FloatArray], x: FloatArray, entries: Iterable[int] | None = None
+    function: Callable[[FloatArray], FloatArray], x: FloatArray, entries: Sequence[int] | None = None
 ) -> FloatArray:
     """Return the derivatives of function(x) (K,), a quadratic in each entry of x in [0, 1]: (K, entries)."""
     columns = []

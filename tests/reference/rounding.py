@@ -55,8 +55,10 @@ def colors_tolerance(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -
     return DEVIATIONS * size * float(np.sqrt(3 * _image_deviation(drawing, pieces) ** 2 + num_pixels * UNIT**2 / 3))
 
 
-def points_tolerance(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -> FloatArray:
-    """Return the error allowed for the entries of each layer's d_points: (N,).
+def points_tolerance(
+    drawing: Drawing, pieces: ArrayLike, d_image: FloatArray, *, on_borders: bool = False
+) -> FloatArray:
+    """Return the error allowed for the entries of each segment's d_points: (M, 1, 1).
 
     A line's ends receive n times the sum over its C crossed pixels of g times an integral over the line's share in the
     pixel, |n| being its length. In each pixel both ends of the share are off by a position's error, times g; and
@@ -64,7 +66,8 @@ def points_tolerance(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -
     from those of the one before.
 
     Where |A| is within its own error of 0 or 1, single precision may take an empty or saturated pixel for another: then
-    the whole of its share is in question, which is g times the length of outline in the pixel.
+    the whole of its share is in question, which is g times the length of outline in the pixel. Not so `on_borders`:
+    outlines on pixel borders have whole numbers for coordinates, which both precisions hold.
     """
     pieces = np.asarray(pieces)
     shares = reference.layer_coverages(drawing, pieces)
@@ -81,11 +84,12 @@ def points_tolerance(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -
         variance = crossed * (2 * (_position_deviation(drawing) * g) ** 2 + g_deviation[layer] ** 2)
         own = pieces[drawing.segment_layers == layer]
         error = DEVIATIONS * np.sqrt(2 * np.max(np.add.reduceat(variance, np.cumsum(own) - own)))
-        area = np.abs(winding_area(outlines, drawing.size))
-        doubtful = np.argwhere(np.minimum(area, np.abs(area - 1)) <= doubtful_band[layer])
-        flips = d_coverage[layer][tuple(doubtful.T)] * _lengths(outlines, doubtful)
-        tolerances.append(error + float(np.sum(flips)))
-    return np.array(tolerances)
+        if not on_borders:
+            area = np.abs(winding_area(outlines, drawing.size))
+            doubtful = np.argwhere(np.minimum(area, np.abs(area - 1)) <= doubtful_band[layer])
+            error += np.sum(d_coverage[layer][tuple(doubtful.T)] * _lengths(outlines, doubtful))
+        tolerances.append(error)
+    return np.array(tolerances)[drawing.segment_layers][:, None, None]
 
 
 def _coverage_deviation(drawing: Drawing, pieces: ArrayLike) -> FloatArray:
