@@ -361,11 +361,13 @@ class _Progress:
     def __init__(self, job: _Job) -> None:
         from tqdm import tqdm
 
+        width, height = shutil.get_terminal_size()  # a size also where the terminal has none
         self._bar: tqdm[NoReturn] = tqdm(
             total=len(job.schedule) * job.options.iterations,
             disable=True if job.quiet else None,
             unit="it",
-            ncols=shutil.get_terminal_size().columns - 1,
+            ncols=width - 1,
+            nrows=height,
             leave=False,
         )
         self._next_mse = 0.0

@@ -39,6 +39,7 @@ def path_outline(data: str) -> list[FloatArray]:
     data = data.strip()
     if data in ("", "none"):
         return []
+    data = re.sub(r"(\d)\.(?!\d)", r"\1", data)  # svgelements does not know "3." for 3
     path, lexer = Path(), SVGLexicalParser()
     try:
         lexer.parse(path, data)
@@ -91,7 +92,7 @@ def nonzero_from_even_odd(outline: list[FloatArray]) -> tuple[list[FloatArray], 
     """Return an outline that the nonzero rule fills as the even-odd rule fills the one given, where there is one.
 
     The two rules agree where no winding number is even but nonzero. Where they differ, subpaths that lie inside an
-    odd number of others are made to turn against the rest, which settles nested subpaths but not crossing ones. The
+    odd number of others are made to turn against the rest, which settles nested subpaths and few crossing ones. The
     rules are compared along 256 rows, where stretches narrower than 1/1024 of the outline's size do not count.
 
     Returns

@@ -36,9 +36,11 @@ MAX_BYTES = 50_000_000
 #: Most path data read, characters: some hundred thousand segments.
 MAX_PATH_DATA = 5_000_000
 #: Most elements visited, counted anew each time a <use> shows them.
-MAX_ELEMENTS = 200_000
+MAX_ELEMENTS = 100_000
 #: Deepest nesting followed.
 MAX_DEPTH = 100
+#: What a side of the canvas may exceed whole pixels by without one more, px: converted units are off by so little.
+NO_PIXEL = 1e-3
 
 _CONTAINERS = {"svg", "g", "a", "switch", "symbol"}
 _SHAPES = {"path", "rect", "circle", "ellipse", "polygon", "polyline", "line"}
@@ -199,7 +201,7 @@ class _Walker:
         return Drawing(
             points=np.concatenate([np.zeros((0, 3, 2)), *(subpath[:, :3] for subpath in subpaths)]),
             colors=np.array([layer.color for layer in layers]).reshape(-1, 4),
-            size=(max(1, math.ceil(height - 1e-6)), max(1, math.ceil(width - 1e-6))),
+            size=(max(1, math.ceil(height - NO_PIXEL)), max(1, math.ceil(width - NO_PIXEL))),
             background=background,
             subpath_offsets=np.cumsum([0, *(len(subpath) for subpath in subpaths)]),
             layer_offsets=np.cumsum([0, *(len(layer.outline) for layer in layers)]),
@@ -210,7 +212,8 @@ class _Walker:
         if layer.name != "background" or layer.color[3] < 1 or len(layer.outline) != 1:
             return False
         x0, y0, x1, y1 = layer.bounds
-        covers = max(x0, y0) <= 1e-6 and x1 >= self._size[0] - 1e-6 and y1 >= self._size[1] - 1e-6
+        width, height = self._size
+        covers = max(x0, y0) <= NO_PIXEL and x1 >= width - NO_PIXEL and y1 >= height - NO_PIXEL
         box_area = float((x1 - x0) * (y1 - y0))
         return bool(covers) and abs(bezier.signed_area(layer.outline[0])) >= box_area * (1 - 1e-9)
 
@@ -363,7 +366,7 @@ class _Walker:
         try:
             red, green, blue, alpha = parse_rgba(paint)
         except ValueError:
-            self.left_out["unknown colours, read as black"] += 1
+            self.left_out["unknown colours read as black"] += 1
             red, green, blue, alpha = 0.0, 0.0, 0.0, 1.0
         opacity = alpha * _share_or_one(here.style.get("fill-opacity")) * here.opacity
         level = round(opacity * 255) / 255  # a saved opacity is a multiple of 1/255, written to five decimals

@@ -32,9 +32,9 @@ def parse_rgba(text: str) -> Rgba:
     word = text.strip().lower()
     if word == "transparent":
         return 0.0, 0.0, 0.0, 0.0
-    named = ImageColor.colormap.get(word)
-    if isinstance(named, str):
-        word = named.lower()
+    if word in ImageColor.colormap:
+        red, green, blue = ImageColor.getrgb(word)[:3]
+        return red / 255, green / 255, blue / 255, 1.0
     if match := _HEX.fullmatch(word):
         digits = match[1] if len(match[1]) > 4 else "".join(2 * digit for digit in match[1])
         levels = bytes.fromhex(digits.ljust(8, "f"))
@@ -45,12 +45,10 @@ def parse_rgba(text: str) -> Rgba:
             try:
                 alpha = share(parts[3]) if len(parts) == 4 else 1.0
                 if match[1] == "rgb":
-                    red, green, blue = (share(part, 255.0) for part in parts[:3])
-                else:
-                    hue = float(parts[0].removesuffix("deg")) / 360 % 1
-                    red, green, blue = colorsys.hls_to_rgb(hue, share(parts[2], 100.0), share(parts[1], 100.0))
-                if math.isfinite(red + green + blue):
-                    return red, green, blue, alpha
+                    return share(parts[0], 255.0), share(parts[1], 255.0), share(parts[2], 255.0), alpha
+                hue = float(parts[0].removesuffix("deg")) / 360 % 1
+                if math.isfinite(hue):
+                    return (*colorsys.hls_to_rgb(hue, share(parts[2], 100.0), share(parts[1], 100.0)), alpha)
             except ValueError:
                 pass  # a part that is no number: reported like any other text that is no colour
     raise ValueError(f"got {text!r}, wanted a colour: a CSS name such as 'white', '#rgb', '#rrggbb' or 'rgb(r, g, b)'")

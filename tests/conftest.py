@@ -39,7 +39,7 @@ def rasterizer_for(device: int | None) -> RasterizerFor:
     made: dict[tuple[tuple[int, int], type], Rasterizer] = {}
 
     def rasterizer(size: tuple[int, int], dtype: type) -> Rasterizer:
-        key = (tuple(size), dtype)
+        key = size, dtype
         if key not in made:
             if dtype(0).itemsize == 8 and not open_device(device).device.double_fp_config:
                 pytest.skip("the device has no double precision")

@@ -3,7 +3,8 @@
 
 A path is (s, 3, 2): one closed subpath of s segments (anchor, handle, handle), px. A layer is a list of paths and a
 straight RGBA colour. `CASES` are drawings with generic coordinates, one for each branch of the rasterizer, on which
-every derivative exists; `BORDER_CASES` have edges exactly on pixel borders, where only the two one-sided ones do.
+every derivative exists; `BORDER_CASES` have edges exactly on pixel borders (or pixels that become full just there),
+where only the two one-sided ones do.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ def build(layers: Sequence[Layer], size: tuple[int, int], background: ArrayLike 
     paths = [path for outlines, _ in layers for path in outlines]
     return Drawing(
         points=np.concatenate(paths),
-        colors=[color for _, color in layers],
+        colors=np.array([color for _, color in layers]),
         size=size,
         background=background,  # type: ignore[arg-type]  # converted by Drawing
         subpath_offsets=np.cumsum([0] + [len(path) for path in paths]).astype(np.int32),
@@ -67,7 +68,7 @@ def rectangle(x_0: float, y_0: float, x_1: float, y_1: float) -> Path:
     return polygon([(x_0, y_0), (x_1, y_0), (x_1, y_1), (x_0, y_1)])
 
 
-def circle(center: Sequence[float], radius: float, segments: int = 4) -> Path:
+def circle(center: ArrayLike, radius: float, segments: int = 4) -> Path:
     """Return the usual approximation of a circle by two or more cubics: handles of 4/3 tan(pi / (2 s)) radii."""
     angle = 2 * np.pi * np.arange(segments) / segments
     step = 2 * np.pi / segments
@@ -81,7 +82,7 @@ def circle(center: Sequence[float], radius: float, segments: int = 4) -> Path:
     return np.asarray(center, dtype=np.float64) + radius * unit
 
 
-def blob(seed: int, center: Sequence[float], radius: float, segments: int = 4) -> Path:
+def blob(seed: int, center: ArrayLike, radius: float, segments: int = 4) -> Path:
     """Return a path whose 3 s control points lie about a circle, as after a few steps of training."""
     rng = np.random.default_rng(seed)
     angle = 2 * np.pi * (np.arange(3 * segments) + rng.uniform(-0.3, 0.3, 3 * segments)) / (3 * segments)
@@ -301,6 +302,7 @@ def _border(layers: Sequence[Layer], size: tuple[int, int] = (20, 20), pieces: i
 
 
 _SQUARE, _SQUARE_LEFT = rectangle(3, 4, 9, 11), rectangle(2, 3, 6, 9)
+_DIAMOND = polygon([(3, 8), (8, 3), (13, 8), (8, 13)])
 _L_SHAPE = polygon([(2, 3), (12, 3), (12, 8), (7, 8), (7, 15), (2, 15)])
 
 BORDER_CASES: dict[str, Callable[[], Case]] = {
@@ -321,7 +323,7 @@ BORDER_CASES: dict[str, Callable[[], Case]] = {
     "L": _border([([_L_SHAPE], RED_GLASS)], pieces=2),
     "L and turned L": _border([([_L_SHAPE], RED_GLASS), ([_L_SHAPE[:, :, ::-1]], BLUE_GLASS)]),
     "hole": _border([([rectangle(2, 2, 14, 13), reverse(rectangle(5, 4, 10, 9))], RED_GLASS)]),
-    "corners on pixel corners": _border([([polygon([(3, 8), (8, 3), (13, 8), (8, 13)])], RED_GLASS)], pieces=2),
+    "corners on pixel corners": _border([([_DIAMOND], RED_GLASS)], pieces=2),
     "triangle with one side on a border": _border([([polygon([(4, 2), (4, 14), (13.4, 9.3)])], RED_GLASS)], pieces=3),
     "neighbours in two layers": _border([([_SQUARE_LEFT], RED_GLASS), ([rectangle(6, 3, 11, 9)], BLUE_GLASS)]),
     "opaque neighbours in two layers": _border([([_SQUARE_LEFT], RED), ([rectangle(6, 3, 11, 9)], BLUE)]),
@@ -330,6 +332,7 @@ BORDER_CASES: dict[str, Callable[[], Case]] = {
     "opposite neighbours in one layer": _border([([_SQUARE_LEFT, reverse(rectangle(6, 3, 11, 9))], RED_GLASS)]),
     "doubled in one layer": _border([([_SQUARE, _SQUARE], RED_GLASS)]),
     "one inside another on a common border": _border([([_SQUARE, rectangle(3, 6, 7, 9)], RED_GLASS)]),
+    "doubled, cutting pixels in half": _border([([_DIAMOND, _DIAMOND], RED_GLASS)]),
     "flat on a border": _border([([polygon([(5, 3), (5, 12)])], RED_GLASS), ([_SQUARE_LEFT], BLUE_GLASS)]),
     "curve with a side on a border": _border(
         [([np.array([[(4, 4), (7, 4), (9, 4)], [(12, 4), (15.3, 9.2), (1.7, 12.6)]], dtype=np.float64)], RED_GLASS)],

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import os
-import pty
 import re
 import signal
 import subprocess
@@ -114,7 +113,7 @@ def test_stages(folder: Path) -> None:
     Path("there").mkdir()
     assert cli.main([*arguments, "--stages", "there"]) == 0
     for name in ("made", "there"):
-        assert sorted(os.listdir(name)) == ["stage-1.svg", "stage-2.svg", "stage-3.svg"]
+        assert sorted(file.name for file in Path(name).iterdir()) == ["stage-1.svg", "stage-2.svg", "stage-3.svg"]
         assert [livecl.read_svg(f"{name}/stage-{i}.svg").num_layers for i in (1, 2, 3)] == [1, 2, 3]
         assert Path(name, "stage-3.svg").read_bytes() == Path("out.svg").read_bytes()
 
@@ -178,6 +177,12 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
         assert stop.value.code == 0
         assert text in captured.out
         assert captured.err == ""
+
+
+def test_readme_names_every_option() -> None:
+    options = [option for action in cli.build_parser()._actions for option in action.option_strings]
+    text = (ROOT / "README.md").read_text()
+    assert [option for option in options if option.startswith("--") and f"`{option}" not in text] == []
 
 
 def test_list_devices(capsys: pytest.CaptureFixture[str]) -> None:
@@ -278,7 +283,7 @@ def test_refuses_picture_wider_than_a_canvas(folder: Path, capsys: pytest.Captur
 
 def test_refuses_without_device(folder: Path) -> None:
     for arguments in (["in.png", "-o", "out.svg"], ["--list-devices"]):
-        done = run(*LIVECL, *arguments, OCL_ICD_VENDORS=str(folder), OCL_ICD_FILENAMES="", LIVECL_DEVICE="")
+        done = run(*LIVECL, *arguments, OCL_ICD_VENDORS=str(folder / "none"), LIVECL_DEVICE="")
         assert (done.returncode, done.stdout) == (2, "")
         assert re.fullmatch(r"livecl: error: no OpenCL device [^\n]+\n", done.stderr)
     assert not Path("out.svg").exists()
@@ -323,6 +328,8 @@ class TestTerminal:
 
     @staticmethod
     def start(*arguments: str) -> tuple[subprocess.Popen[bytes], int]:
+        import pty
+
         master, slave = pty.openpty()
         process = subprocess.Popen(
             [*LIVECL, "in.png", "-o", "out.svg", *arguments],
@@ -361,7 +368,9 @@ class TestTerminal:
         process, master = self.start("--iterations", "1000000")
         text = ""
         while "MSE" not in text:
-            text += self.read(master)
+            part = self.read(master)
+            assert part, text
+            text += part
         process.send_signal(signal.SIGINT)
         text = self.read_all(process, master, text)
         assert process.returncode == 130

@@ -22,9 +22,10 @@ def test_double_against_reference(rasterizer_for: RasterizerFor, name: str, tau:
 
 @pytest.mark.parametrize("name", drawings.ALL_CASES)
 def test_float_against_reference(rasterizer_for: RasterizerFor, name: str) -> None:
-    # A squared distance is a sum of squares of numbers of the coordinates' size s, after some 12 roundings for the
-    # vertex and the foot: the distance is off by e = 16 s units, or by sqrt(e s) where it is nearly 0. A layer's weight is
-    # (tau - d) / sum; the sum is off by no more than e a pixel, and by a unit for each of its P additions.
+    # Vertex, foot and difference take some 16 roundings of the coordinates' size s, so a distance is off by e = 16 s
+    # units, and if its square is computed otherwise than as a sum of squares, by up to sqrt(16 units) s where it is
+    # nearly 0. A layer's weight is (tau - d) / sum; the sum is off by no more than e a pixel, and by a unit for each of
+    # its P additions.
     case = drawings.ALL_CASES[name]()
     found = rasterizer_for(case.drawing.size, np.float32).distance_weight(case.drawing, tau=10.0, pieces=case.pieces)
     expected = distance_weight(case.drawing, 10.0, case.pieces)

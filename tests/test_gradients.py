@@ -142,6 +142,7 @@ def test_backward_and_loss_and_gradients_agree(rasterizer_for: RasterizerFor, na
     if two_steps.background is None:
         assert fused.background is None
     else:
+        assert fused.background is not None
         np.testing.assert_allclose(fused.background, two_steps.background, rtol=0, atol=1e-12 * scale)
 
 

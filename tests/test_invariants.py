@@ -176,7 +176,7 @@ def test_disjoint_layers_can_change_places(rasterizer_for: RasterizerFor) -> Non
 def test_split_segment_changes_nothing(rasterizer_for: RasterizerFor) -> None:
     # De Casteljau at t = 1/2: one cubic of 8 pieces becomes two of 4.
     path = drawings.blob(5, (10, 10), 7, segments=3)
-    a, b, c, d = *path[0], path[1, 0]
+    (a, b, c), d = path[0], path[1, 0]
     ab, bc, cd = (a + b) / 2, (b + c) / 2, (c + d) / 2
     abc, bcd = (ab + bc) / 2, (bc + cd) / 2
     halves = np.array([[a, ab, abc], [(abc + bcd) / 2, bcd, cd]])

@@ -70,6 +70,15 @@ def test_coverage_cut_by_a_diagonal() -> None:
     np.testing.assert_allclose(coverage([below], (2, 4)), [[0.25, 0.75, 1, 1], [0, 0, 0.25, 0.75]], atol=1e-15)
 
 
+@pytest.mark.parametrize("slant", [0.0, 1e-15, -4e-16, 1e-12, 1e-9])
+def test_coverage_beside_a_line_that_is_almost_vertical(slant: float) -> None:
+    outline = np.array([(2 / 3, 0.0), (2 / 3 + slant, 3.0), (2.0, 3.0), (2.0, 0.0)])
+    expected = [[1 / 3, 1]] * 3
+    np.testing.assert_allclose(coverage([outline], (3, 2)), expected, rtol=0, atol=abs(slant) + 1e-15)
+    turned = coverage([outline[:, ::-1]], (2, 3))
+    np.testing.assert_allclose(turned.T, expected, rtol=0, atol=abs(slant) + 1e-15)
+
+
 @pytest.mark.parametrize("name", drawings.CASES)
 def test_coverage_sums_to_the_enclosed_area(name: str) -> None:
     case = drawings.CASES[name]()
@@ -84,7 +93,7 @@ def test_coverage_sums_to_the_enclosed_area(name: str) -> None:
 @pytest.mark.parametrize("name", ["opaque", "holes", "outside and around", "across the canvas's borders", "slivers"])
 def test_coverage_agrees_with_supersampling(name: str) -> None:
     # A straight edge parallel to an axis is the worst: 10 columns of samples see its place to within half a tenth,
-    # evenly distributed, so its error has a mean square of 0.1^2 / 12 in each crossed pixel, of which a line has at most
+    # evenly distributed, so its error has a mean square of 0.1^2 / 12 in each crossed pixel, of which there are at most
     # `crossed`. These outlines are clean (no winding numbers but 0 and 1 in a pixel), with a few edges a pixel at most.
     case = drawings.CASES[name]()
     for outlines in flatten(case.drawing, case.pieces):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -19,12 +20,17 @@ SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
 
 
+def drawing_of(**arguments: Any) -> Drawing:
+    """Return a drawing of whatever converts to the arrays."""
+    return Drawing(**arguments)
+
+
 def random_drawing(seed: int, background: bool = True, spread: float = 300.0) -> Drawing:
     """Return five layers of one to three subpaths, of one to eight segments each, in stages 0, 0, 1, 0 and 7."""
     rng = np.random.default_rng(seed)
     subpaths = rng.integers(1, 4, 5)
     segments = rng.integers(1, 9, subpaths.sum())
-    return Drawing(
+    return drawing_of(
         points=rng.normal(scale=spread, size=(segments.sum(), 3, 2)),
         colors=rng.random((5, 4)),
         size=(53, 47),
@@ -51,7 +57,7 @@ def assert_equal(got: Drawing, wanted: Drawing) -> None:
 
 
 def test_exact_text() -> None:
-    drawing = Drawing(
+    drawing = drawing_of(
         points=np.concatenate([square(1, 2, 3), [[[-0.0001, 5.5], [6.25, 7], [8.12345, 9]]]]),
         colors=[[1, 0, 0, 1], [0.2, 0.4, 0.6, 0.5]],
         size=(20, 30),
@@ -108,18 +114,18 @@ def test_round_trip_is_exact(precision: int, background: bool) -> None:
 
 def test_every_opacity_and_level_comes_back() -> None:
     levels = np.arange(256) / 255
-    drawing = Drawing(
+    drawing = drawing_of(
         points=np.tile(square(1, 1, 5), (256, 1, 1)),
         colors=np.stack([levels, levels[::-1], levels, levels], axis=1),
         size=(9, 9),
     )
-    assert_equal(read_svg(format_svg(drawing).encode()), drawing)
+    np.testing.assert_array_equal(read_svg(format_svg(drawing).encode()).colors, drawing.colors)
 
 
 def test_degenerate_outlines_come_back() -> None:
     """All points equal, no turn at all, a single segment, zero segments of zero length: kept as they are."""
     point, line = np.full((2, 3, 2), 4.5), np.array([[[1, 1], [2, 2], [3, 3]], [[4, 4], [3, 3], [2, 2]]])
-    drawing = Drawing(
+    drawing = drawing_of(
         points=np.concatenate([point, line, point[:1]]),
         colors=np.full((3, 4), 0.2),
         size=(9, 9),
@@ -131,7 +137,7 @@ def test_degenerate_outlines_come_back() -> None:
 
 def test_largest_coordinates_come_back() -> None:
     points = np.array([[[1e6, -1e6], [999999.999999, 123456.789012], [-0.0004, 1e-9]]])
-    drawing = Drawing(points=points, colors=[[0, 0, 0, 1]], size=(9, 9))
+    drawing = drawing_of(points=points, colors=[[0, 0, 0, 1]], size=(9, 9))
     for precision in range(10):
         assert_equal(read_svg(format_svg(drawing, precision).encode()), quantize(drawing, precision))
 
@@ -143,7 +149,7 @@ def test_empty_drawings() -> None:
 
 
 def test_layer_that_looks_like_the_background_stays_a_layer() -> None:
-    drawing = Drawing(points=square(0, 0, 9), colors=[[1, 1, 1, 1]], size=(9, 9), background=None)
+    drawing = drawing_of(points=square(0, 0, 9), colors=[[1, 1, 1, 1]], size=(9, 9), background=None)
     assert_equal(read_svg(format_svg(drawing).encode()), quantize(drawing))
 
 
@@ -185,7 +191,7 @@ def test_shown_by_another_renderer() -> None:
     """A hole, a translucent layer above it, the background around."""
     hole = square(8, 8, 8)[::-1]
     hole = np.stack([hole[:, 0], hole[:, 0], np.roll(hole[:, 0], -1, axis=0)], axis=1)
-    drawing = Drawing(
+    drawing = drawing_of(
         points=np.concatenate([square(4, 4, 16), hole, square(12, 12, 20)]),
         colors=[[1, 0, 0, 1], [0, 0, 1, 0.4]],
         size=(30, 40),
@@ -224,9 +230,10 @@ def test_shown_by_another_renderer() -> None:
     ],
 )
 def test_parse_color(text: str, rgb: tuple[float, float, float]) -> None:
-    color = parse_color(text)
-    assert color.dtype == np.float64
-    np.testing.assert_allclose(color, rgb, atol=1e-12)
+    for _ in range(2):  # Pillow changes its table of names when one is looked up
+        color = parse_color(text)
+        assert color.dtype == np.float64
+        np.testing.assert_allclose(color, rgb, atol=1e-12)
 
 
 @pytest.mark.parametrize(

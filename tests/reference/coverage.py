@@ -50,10 +50,9 @@ def winding_area(outlines: Sequence[FloatArray], size: tuple[int, int]) -> Float
     low, high = np.minimum(x_0, x_1)[:, None] - column, np.maximum(x_0, x_1)[:, None] - column
     low_clipped, high_clipped = np.clip(low, 0, 1), np.clip(high, 0, 1)
     run = np.where(high > low, high - low, 1.0)
-    mean = (
-        (high_clipped - low_clipped) * (low_clipped + high_clipped) / 2 + np.maximum(high, 1) - np.maximum(low, 1)
-    ) / run
-    mean = np.where(high > low, mean, low_clipped)
+    between = (high_clipped - low_clipped) / run
+    beyond = (np.maximum(high, 1) - np.maximum(low, 1)) / run
+    mean = np.where(high > low, between * (low_clipped + high_clipped) / 2 + beyond, low_clipped)
     np.add.at(area, row, (y_1 - y_0)[:, None] * mean)
     return area
 

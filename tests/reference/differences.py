@@ -32,9 +32,8 @@ def by_small_steps(
     """Return the derivatives of function(x) (K,) by the given flat entries of x, or by all: (K, entries)."""
 
     def difference(entry: int, h: float) -> FloatArray:
-        delta = np.zeros(x.size)
-        delta[entry] = h
-        delta = delta.reshape(x.shape)
+        delta = np.zeros_like(x)
+        delta.flat[entry] = h
         return (function(x + delta) - function(x - delta)) / (2 * h)
 
     columns = [

@@ -1,0 +1,506 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reading foreign SVG: outlines against values worked out by hand, colours, transforms, warnings, refusals."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike, NDArray
+
+from livecl import bezier, svg_reader
+from livecl.drawing import Drawing
+from livecl.errors import SvgError
+from livecl.image import over_background, read_image
+from livecl.svg import format_svg, read_svg
+
+NAMESPACES = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
+
+
+def document(body: str, attributes: str = 'width="100" height="100"') -> bytes:
+    return f"<svg {NAMESPACES} {attributes}>{body}</svg>".encode()
+
+
+def read(body: str, attributes: str = 'width="100" height="100"') -> Drawing:
+    """Read a document that nothing is left out of."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return read_svg(document(body, attributes))
+
+
+def read_path(data: str) -> Drawing:
+    return read(f'<path d="{data}"/>')
+
+
+def left_out(body: str) -> tuple[Drawing, str]:
+    """Read a document with one warning, and return what that names."""
+    with pytest.warns(UserWarning, match="not representable") as caught:
+        drawing = read_svg(document(body))
+    assert len(caught) == 1
+    return drawing, str(caught[0].message).partition("paths: ")[2]
+
+
+def lines(*corners: ArrayLike) -> NDArray[np.float64]:
+    """Return the closed polygon as rows (anchor, handle, handle)."""
+    start = np.array(corners, dtype=np.float64)
+    end = np.roll(start, -1, axis=0)
+    return np.stack([start, start + (end - start) / 3, end - (end - start) / 3], axis=1)
+
+
+def assert_points(drawing: Drawing, *wanted: ArrayLike) -> None:
+    np.testing.assert_allclose(drawing.points, np.concatenate([np.asarray(part) for part in wanted]), atol=1e-9)
+
+
+def shifted(points: NDArray[np.float64], x: float, y: float) -> NDArray[np.float64]:
+    moved: NDArray[np.float64] = points + np.array([x, y])
+    return moved
+
+
+SQUARE = lines((1, 2), (4, 2), (4, 6), (1, 6))
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        "M1 2L4 2L4 6L1 6Z",
+        "M1,2 4,2 4,6 1,6z",
+        "m1 2 3 0 0 4-3 0z",
+        "M1 2H4V6H1Z",
+        "m1 2h3v4h-3z",
+        "M1 2h3v4h-3",
+        "M1 2h3v4h-3v-4",
+        "M1 2h3v4h-3L1 2z",
+        "  M 1e0 .2e1 h +3. v 4 h -3 z M 50 50 z M 60 60",
+    ],
+)
+def test_lines(data: str) -> None:
+    drawing = read_path(data)
+    assert drawing.num_layers == 1
+    assert_points(drawing, SQUARE)
+
+
+@pytest.mark.parametrize("data", ["M1 2C1 3 2 4 3 4C4 4 5 3 5 2C5 1 2 1 1 2z", "m1 2c0 1 1 2 2 2s2-1 2-2c0-1-3-1-4 0"])
+def test_cubics(data: str) -> None:
+    assert_points(read_path(data), [[[1, 2], [1, 3], [2, 4]], [[3, 4], [4, 4], [5, 3]], [[5, 2], [5, 1], [2, 1]]])
+
+
+@pytest.mark.parametrize("data", ["M0 0Q3 6 6 0Q9-6 12 0z", "m0 0q3 6 6 0t6 0z"])
+def test_quadratics_are_raised(data: str) -> None:
+    """Handles at two thirds of the way to the quadratic's handle."""
+    closing = [[12, 0], [8, 0], [4, 0]]
+    assert_points(read_path(data), [[[0, 0], [2, 4], [4, 4]], [[6, 0], [8, -4], [10, -4]], closing])
+
+
+def test_smooth_commands_reflect_handles_of_their_own_kind_only() -> None:
+    cubic = read_path("M0 0Q3 6 6 0S9 9 9 0z").points[1]
+    np.testing.assert_allclose(cubic, [[6, 0], [6, 0], [9, 9]])
+    quadratics = read_path("M0 0C1 1 2 2 6 0T9 0T12 3z").points[1:3]
+    np.testing.assert_allclose(quadratics, [[[6, 0], [6, 0], [7, 0]], [[9, 0], [11, 0], [12, 1]]], atol=1e-12)
+
+
+def quarter(start: float, center: Sequence[float], radii: Sequence[float]) -> NDArray[np.float64]:
+    """Return (anchor, handle, handle) of a quarter of an ellipse, clockwise on the screen from an angle in turns."""
+    k = 4 / 3 * (math.sqrt(2) - 1)
+    u = np.array([math.cos(2 * math.pi * start), math.sin(2 * math.pi * start)])
+    v = np.array([-u[1], u[0]])
+    return np.array([u, u + k * v, v + k * u]) * radii + center
+
+
+def test_arcs() -> None:
+    half = read_path("M10 20A5 5 0 0 1 20 20z")
+    chord = lines((20, 20), (10, 20))[:1]
+    assert_points(half, [quarter(0.5, (15, 20), (5, 5)), quarter(0.75, (15, 20), (5, 5))], chord)
+    small = read_path("M10 20a5 3 0 015 3L10 23z")
+    assert_points(small, quarter(0.75, (10, 23), (5, 3))[None], lines((15, 23), (10, 23), (10, 20))[:2])
+
+
+@pytest.mark.parametrize(("flags", "share"), [("0 0", 0.25), ("0 1", 0.25), ("1 0", 0.75), ("1 1", 0.75)])
+def test_arc_flags(flags: str, share: float) -> None:
+    """A quarter and three quarters of a circle of radius 10 on a chord, on either side of it."""
+    cubics = read_path(f"M30 30A10 10 0 {flags} 40 40z").cubics
+    segment = math.pi * 100 * share - 50 * (1 if share < 0.5 else -1)
+    turns = 1 if flags.endswith("1") else -1
+    assert bezier.signed_area(cubics) == pytest.approx(turns * segment, rel=2e-3)
+
+
+def test_rotated_arc_whose_radii_are_too_small_is_scaled_up() -> None:
+    cubics = read_path("M10 10A1 2 30 0 1 10 40z").cubics
+    on_arc = bezier.evaluate(cubics[:-1], np.linspace(0, 1, 9)).reshape(-1, 2) - (10, 25)
+    angle = math.radians(30)
+    across = on_arc @ [math.cos(angle), math.sin(angle)]
+    along = on_arc @ [-math.sin(angle), math.cos(angle)]
+    size = across**2 + (along / 2) ** 2
+    np.testing.assert_allclose(size, size[0], rtol=1e-3)
+
+
+@pytest.mark.parametrize("data", ["M1 2A0 5 0 0 1 4 2V6H1z", "M1 2h3v4H1A3 3 0 1 1 1 6z"])
+def test_arc_without_a_radius_or_a_way_is_a_line_or_nothing(data: str) -> None:
+    assert_points(read_path(data), SQUARE)
+
+
+def test_subpaths() -> None:
+    """Relative moves start at the subpath's start; a drawing command after Z does too."""
+    drawing = read_path("M1 2h3v4h-3z m10 0h3v4h-3z h-3v-4h3")
+    assert_points(drawing, SQUARE, shifted(SQUARE, 10, 0), lines((11, 2), (8, 2), (8, -2), (11, -2)))
+    assert drawing.num_layers == 1
+    assert drawing.subpath_offsets.tolist() == [0, 4, 8, 12]
+
+
+@pytest.mark.parametrize("data", ["", "none", "M5 5", "M5 5z", "M1 1L5 5", "M1 1L5 5z", "M1 1h0v0z"])
+def test_what_encloses_nothing_is_dropped(data: str) -> None:
+    assert read_path(data).num_layers == 0
+
+
+def test_basic_shapes() -> None:
+    drawing = read(
+        '<rect x="1" y="2" width="3" height="4"/><circle cx="10" cy="20" r="5"/>'
+        '<ellipse cx="10" cy="20" rx="5" ry="3"/>'
+        '<polygon points="1,2 4,2 4,6 1,6"/><polyline points="1 2,4 2,4 6 1 6"/>'
+    )
+    circle = [quarter(i / 4, (10, 20), (5, 5)) for i in range(4)]
+    ellipse = [quarter(i / 4, (10, 20), (5, 3)) for i in range(4)]
+    assert_points(drawing, SQUARE, circle, ellipse, SQUARE, SQUARE)
+    assert drawing.num_layers == 5
+    np.testing.assert_array_equal(drawing.colors, [[0, 0, 0, 1]] * 5)
+
+
+def test_rounded_rectangle() -> None:
+    """One radius given stands for both; a radius over half the side is that half, which leaves no line there."""
+    drawing = read('<rect x="10" y="20" width="30" height="10" rx="20" ry="2"/><rect width="10" height="10" ry="2"/>')
+    assert drawing.num_segments == 6 + 8
+    area = bezier.signed_area(drawing.cubics[:6])
+    assert area == pytest.approx(30 * 10 - (4 - math.pi) * 15 * 2, rel=1e-4)
+    assert bezier.signed_area(drawing.cubics[6:]) == pytest.approx(100 - (4 - math.pi) * 4, rel=1e-4)
+
+
+def test_shapes_without_area_are_dropped() -> None:
+    rounds = '<circle/><ellipse rx="0" ry="5"/>'
+    straight = '<rect width="5"/><rect width="-5" height="5"/><polygon points="1 1 2 2"/><line x2="9"/>'
+    assert read(rounds + straight).num_layers == 0
+
+
+def test_lengths() -> None:
+    """Percentages are of the viewport: of its width, its height, its diagonal over the root of 2."""
+    drawing = read('<rect x="1in" y="72pt" width="10%" height="10%"/><circle r="10%"/>', 'width="300" height="400"')
+    assert_points(
+        drawing,
+        lines((96, 96), (126, 96), (126, 136), (96, 136)),
+        [quarter(i / 4, (0, 0), [math.hypot(300, 400) / math.sqrt(2) / 10] * 2) for i in range(4)],
+    )
+
+
+@pytest.mark.parametrize(
+    ("transform", "corners"),
+    [
+        ("translate(10)", [(11, 2), (14, 2), (14, 6), (11, 6)]),
+        ("translate(10,-2) scale(2)", [(12, 2), (18, 2), (18, 10), (12, 10)]),
+        ("scale(2 -1)", [(2, -2), (8, -2), (8, -6), (2, -6)]),
+        ("rotate(90)", [(-2, 1), (-2, 4), (-6, 4), (-6, 1)]),
+        ("rotate(90 1 2)", [(1, 2), (1, 5), (-3, 5), (-3, 2)]),
+        ("skewX(45)", [(3, 2), (6, 2), (10, 6), (7, 6)]),
+        ("matrix(0 1 -1 0 5 6)", [(3, 7), (3, 10), (-1, 10), (-1, 7)]),
+    ],
+)
+def test_transforms(transform: str, corners: Sequence[ArrayLike]) -> None:
+    rect = '<rect x="1" y="2" width="3" height="4"{}/>'
+    assert_points(read(rect.format(f' transform="{transform}"')), lines(*corners))
+    assert_points(read(f'<g transform="{transform}"><g>{rect.format("")}</g></g>'), lines(*corners))
+
+
+def test_transforms_nest_and_bend_curves() -> None:
+    drawing = read('<g transform="translate(7 3)"><circle r="2" transform="scale(3 1)"/></g>')
+    assert_points(drawing, [quarter(i / 4, (7, 3), (6, 2)) for i in range(4)])
+
+
+@pytest.mark.parametrize(
+    ("attributes", "size", "scale", "shift"),
+    [
+        ('width="100" height="50"', (50, 100), (1, 1), (0, 0)),
+        ('width="99.2" height="50.0005"', (50, 100), (1, 1), (0, 0)),
+        ('width="100" height="50" viewBox="0 0 50 25"', (50, 100), (2, 2), (0, 0)),
+        ('width="100" height="50" viewBox="10 20 100 50"', (50, 100), (1, 1), (-10, -20)),
+        ('width="100" height="50" viewBox="0 0 20 20"', (50, 100), (2.5, 2.5), (25, 0)),
+        ('width="100" height="50" viewBox="0 0 20 20" preserveAspectRatio="none"', (50, 100), (5, 2.5), (0, 0)),
+        ('width="100" height="50" viewBox="0 0 20 20" preserveAspectRatio="xMaxYMid"', (50, 100), (2.5, 2.5), (50, 0)),
+        ('width="100" height="50" viewBox="0 0 20 20" preserveAspectRatio="xMidYMin slice"', (50, 100), (5, 5), (0, 0)),
+        ('viewBox="0 0 40 30"', (30, 40), (1, 1), (0, 0)),
+        ('width="100%" height="100%" viewBox="0 0 40 30"', (30, 40), (1, 1), (0, 0)),
+        ('width="80" viewBox="0,0,40,30"', (60, 80), (2, 2), (0, 0)),
+        ('width="1in" height="25.4mm"', (96, 96), (1, 1), (0, 0)),
+    ],
+)
+def test_canvas(attributes: str, size: tuple[int, int], scale: Sequence[float], shift: Sequence[float]) -> None:
+    drawing = read('<rect x="1" y="2" width="3" height="4"/>', attributes)
+    assert drawing.size == size
+    assert drawing.background is None
+    assert_points(drawing, shifted(SQUARE * np.array(scale), *shift))
+
+
+def test_use_symbol_and_nested_svg() -> None:
+    drawing = read(
+        '<defs><g id="a" fill="red"><rect x="1" y="2" width="3" height="4"/></g>'
+        '<symbol id="s" viewBox="0 0 6 8"><rect x="1" y="2" width="3" height="4"/></symbol></defs>'
+        '<use xlink:href="#a" x="10" y="20"/><use href="#s" width="12" height="16" fill="#0f0"/>'
+        '<svg x="50" y="60" width="60" height="80" viewBox="0 0 6 8"><use href="#a" transform="scale(2)"/></svg>'
+    )
+    assert_points(drawing, shifted(SQUARE, 10, 20), SQUARE * 2, shifted(SQUARE * 20, 50, 60))
+    np.testing.assert_array_equal(drawing.colors, [[1, 0, 0, 1], [0, 1, 0, 1], [1, 0, 0, 1]])
+
+
+RECT = '<rect width="9" height="9" {}/>'
+
+
+@pytest.mark.parametrize(
+    ("attributes", "rgba"),
+    [
+        ('fill="#336699"', (0.2, 0.4, 0.6, 1)),
+        ('fill="#33669980"', (0.2, 0.4, 0.6, 128 / 255)),
+        ('fill="rgba(51,102,153,.3)"', (0.2, 0.4, 0.6, 0.3)),
+        ('fill="lime" fill-opacity="0.25"', (0, 1, 0, 0.25)),
+        ('fill="lime" fill-opacity="25%" opacity="50%"', (0, 1, 0, 0.125)),
+        ('fill="lime" opacity="7"', (0, 1, 0, 1)),
+        ('fill="lime" style="fill:red; fill-opacity:.5"', (1, 0, 0, 0.5)),
+        ('fill="currentColor" color="blue"', (0, 0, 1, 1)),
+        ('fill="inherit"', (0, 0.5, 0, 1)),
+        ('class="warm"', (1, 0, 0, 1)),
+        ('class="cold warm" fill="lime"', (0, 0, 1, 1)),
+        ('id="named" class="cold"', (1, 1, 0, 1)),
+    ],
+)
+def test_colours(attributes: str, rgba: Sequence[float]) -> None:
+    sheet = "<style>/* {a */ .warm{fill:red} rect.cold, #nothing {fill: blue !important} #named{fill:yellow}</style>"
+    drawing = read(f'<g fill="hsl(120 100% 25%)">{sheet}{RECT.format(attributes)}</g>')
+    np.testing.assert_allclose(drawing.colors, np.array([rgba]), atol=1e-12)
+
+
+def test_group_opacity_goes_into_layers() -> None:
+    drawing = read(f'<g opacity="0.5"><g opacity=".5" fill-opacity=".5">{RECT.format("")}</g></g>')
+    np.testing.assert_allclose(drawing.colors[:, 3], [0.125])
+    apart = read('<g opacity="0.5"><rect width="9" height="9"/><rect x="20" width="9" height="9"/></g>')
+    np.testing.assert_allclose(apart.colors[:, 3], [0.5, 0.5])
+    drawing, names = left_out(f'<g opacity="0.5">{2 * RECT.format("")}</g>')
+    assert names == "group opacity over overlapping shapes (1)"
+    assert drawing.num_layers == 2
+
+
+def test_what_is_not_shown_is_not_read() -> None:
+    hidden = ('display="none"', 'visibility="hidden"', 'style="display:none"', 'fill="none"')
+    shapes = "".join(RECT.format(attribute) for attribute in hidden)
+    others = "<clipPath><rect/></clipPath><title>t</title><defs><path/></defs><g display='none'><text>a</text></g>"
+    assert read(shapes + others).num_layers == 0
+
+
+RING = "M0 0H40V40H0z M10 10{}z"
+
+
+@pytest.mark.parametrize(("inner", "layers_area"), [("H30V30H10", 1200), ("V30H30V10", 1200)])
+def test_even_odd_rings_become_nonzero_rings(inner: str, layers_area: float) -> None:
+    drawing = read(f'<path fill-rule="evenodd" d="{RING.format(inner)}"/>')
+    assert drawing.subpath_offsets.tolist() == [0, 4, 8]
+    assert abs(bezier.signed_area(drawing.cubics)) == pytest.approx(layers_area)
+    nonzero = read(f'<path d="{RING.format(inner)}"/>')
+    assert abs(bezier.signed_area(nonzero.cubics)) == pytest.approx(2000 if inner[0] == "H" else 1200)
+
+
+def test_even_odd_islands_and_separate_shapes() -> None:
+    island = read('<path fill-rule="evenodd" d="M0 0H50V50H0z M10 10H40V40H10z M20 20H30V30H20z"/>')
+    assert abs(bezier.signed_area(island.cubics)) == pytest.approx(2500 - 900 + 100)
+    apart = read('<path fill-rule="evenodd" d="M1 2h3v4h-3z m10 0v4h3v-4z"/>')
+    assert_points(apart, SQUARE, lines((11, 2), (11, 6), (14, 6), (14, 2)))
+
+
+@pytest.mark.parametrize("data", ["M0 0H40V40H0z M20 20H60V60H20z M10 30H50V50H10z", "M50 5L80 95L5 35H95L20 95z"])
+def test_even_odd_of_crossing_outlines_is_named(data: str) -> None:
+    drawing, names = left_out(f'<path style="fill-rule:evenodd" d="{data}"/>')
+    assert names == "even-odd fills of crossing outlines (1)"
+    np.testing.assert_array_equal(drawing.points, read_path(data).points)
+
+
+def test_what_cannot_be_represented_is_named_once_with_counts() -> None:
+    drawing, names = left_out(
+        '<linearGradient id="g"><stop offset="0"/></linearGradient><text>a</text><text>b</text>'
+        '<image href="http://example.org/a.png"/><foreignObject/>'
+        + RECT.format('stroke="red"')
+        + RECT.format('stroke="red" stroke-width="0"')
+        + RECT.format('fill="url(#g)"')
+        + RECT.format('fill="url(#g) lime"')
+        + RECT.format('clip-path="url(#c)" mask="url(#m)" style="filter:blur(2px);mix-blend-mode:multiply"')
+        + RECT.format('fill="nosuchcolour"')
+        + '<rect width="9" height="9"><animate attributeName="x"/></rect><use href="#nothing"/>'
+        + "<style>g > rect {fill: red} @import url(a.css); </style>"
+    )
+    assert names.split(", ") == sorted(
+        [
+            "text (2)",
+            "images (1)",
+            "foreign objects (1)",
+            "strokes (1)",
+            "gradient or pattern fills (2)",
+            "clips (1)",
+            "masks (1)",
+            "filters (1)",
+            "blend modes (1)",
+            "unknown colours read as black (1)",
+            "animations (1)",
+            "references to nothing (1)",
+            "style rules (2)",
+        ]
+    )
+    black, lime = (0, 0, 0, 1), (0, 1, 0, 1)
+    np.testing.assert_array_equal(drawing.colors, [black, black, lime, black, black, black])
+
+
+def test_background() -> None:
+    cover = '<rect id="background" width="100" height="100" fill="#369" {}/>'
+    for body in (cover.format(""), cover.format('transform="translate(-5 -5) scale(1.2)"')):
+        drawing = read(body + RECT.format(""))
+        assert drawing.background is not None
+        np.testing.assert_allclose(drawing.background, [0.2, 0.4, 0.6])
+        assert drawing.num_layers == 1
+    for body in (
+        cover.format('opacity="0.5"'),
+        cover.format('transform="scale(.9)"'),
+        cover.format('transform="rotate(45) translate(-150 -150) scale(3)"'),
+        cover.format('rx="5"'),
+        RECT.format("") + cover.format(""),
+    ):
+        drawing = read(body)
+        assert drawing.background is None
+        assert drawing.num_layers == body.count("<rect")
+
+
+def test_stages_survive_an_editor() -> None:
+    drawing = read(
+        '<g inkscape:groupmode="layer" inkscape:label="stage 3"><g><rect width="5" height="5"/></g></g>'
+        '<g inkscape:label="stage 2"><rect width="5" height="5"/></g>',
+        'width="9" height="9" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"',
+    )
+    assert drawing.stages.tolist() == [2, 0]
+
+
+def test_document_without_namespace_and_with_a_public_doctype() -> None:
+    doctype = '<!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.1//EN" "http://www.w3.org/Graphics/SVG/1.1/DTD/svg11.dtd">'
+    data = f'<?xml version="1.0" encoding="UTF-16"?>{doctype}<svg width="9" height="8"><path d="M1 2H4V6H1z"/></svg>'
+    drawing = read_svg(data.encode("utf-16"))
+    assert drawing.size == (8, 9)
+    assert_points(drawing, SQUARE)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        '<path d="m10 10 20 0 0 20-20 0z m30 0h20v20h-20z" fill="teal"/><path d="M60 60a15 10 30 1 1 20 10z"/>',
+        '<rect x="5" y="5" width="30" height="20" rx="6" fill="red"/><circle cx="60" cy="30" r="20" fill="#00f8"/>'
+        '<ellipse cx="30" cy="55" rx="20" ry="10" fill="hsl(120,50%,40%)" transform="rotate(20 30 55)"/>',
+        '<path fill-rule="evenodd" d="M10 10h60v60h-60zM20 20h40v40h-40zM30 30h10v10h-10z" opacity=".7"/>',
+        '<defs><symbol id="s" viewBox="0 0 10 10"><circle cx="5" cy="5" r="5"/></symbol></defs><use href="#s" x="40" '
+        'y="40" width="30" height="40" fill="blue" opacity=".5"/><svg x="70" y="5" width="20" height="20" '
+        'viewBox="0 0 4 4"><path d="M0 0h4v4z"/></svg>',
+        '<path d="M5 80c5-10 10 10 15 0s10 10 15 0v15H5" fill="purple" transform="skewY(10) scale(1.3 1)"/>',
+    ],
+)
+def test_shown_like_the_original(body: str) -> None:
+    resvg_py = pytest.importorskip("resvg_py")
+
+    def rendered(svg: str) -> NDArray[np.float32]:
+        return over_background(read_image(bytes(resvg_py.svg_to_bytes(svg_string=svg))), (1, 1, 1))
+
+    original = document(body)
+    shown, saved = rendered(original.decode()), rendered(format_svg(read_svg(original)))
+    assert (shown < 1).any(axis=2).mean() > 0.05
+    np.testing.assert_allclose(saved, shown, atol=0.07)  # one step of resvg's 16 levels of coverage
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ('<path id="p" fill="red"/>', "<path id='p'>: has no path data"),
+        ('<path d="M0 0L1e400 3 5 5z"/>', "not finite"),
+        ('<path d="M0 0L3 3L-1e309 5z"/>', "not finite"),
+        ('<path d="M0 0LNaN 3z"/>', "cannot be read"),
+        ('<path d="M0 0L5"/>', "cannot be read"),
+        ('<path d="M0 0C1 2 3 4 5 Z"/>', "cannot be read"),
+        ('<path d="M0 0L5 5 . Z"/>', "cannot be read"),
+        ('<path d="M0 0H"/>', "path data"),
+        ('<path d="M0 0h"/>', "path data"),
+        ('<path d="L5 5 6 7z"/>', "cannot be read"),
+        ('<path d="garbage"/>', "cannot be read"),
+        ('<polygon points="0 0 5 5 a 9"/>', "cannot be read"),
+        ('<rect width="abc" height="5"/>', "length 'abc'"),
+        ('<rect width="1e999" height="5"/>', "not finite"),
+        ('<rect width="5" height="5" transform="matrix(1 2)"/>', "transform 'matrix(1 2)'"),
+        ('<rect width="5" height="5" transform="spin(3)"/>', "transform 'spin(3)'"),
+        ('<g transform="scale(1e300)"><rect width="1e300" height="5"/></g>', "not finite"),
+        ('<rect width="1e7" height="5"/>', "within"),
+        ('<use href="other.svg#a"/>', "outside the file"),
+        ('<g id="a"><use href="#a"/></g>', "nested deeper"),
+    ],
+)
+def test_refused_bodies(body: str, words: str) -> None:
+    with pytest.raises(SvgError) as caught:
+        read_svg(document(body))
+    assert words in str(caught.value)
+    assert str(caught.value).startswith("SVG data: ")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"", "not a whole XML document"),
+        (b"hello", "not a whole XML document"),
+        (document("<g>")[:-3], "not a whole XML document"),
+        (b'<?xml version="1.0" encoding="foo"?><svg/>', "not a whole XML document"),
+        (b"<html/>", "wanted <svg>"),
+        (b"<svg/>", "states no size"),
+        (b'<svg width="5"/>', "states no size"),
+        (b'<svg width="-5" height="5"/>', "negative"),
+        (b'<svg width="1e6" height="2"/>', "32768"),
+        (b'<svg viewBox="0 0 0 5"/>', "viewBox"),
+        (b'<svg viewBox="0 0 nan 5"/>', "viewBox"),
+        (b'<svg viewBox="1 2 3"/>', "viewBox"),
+        (b'<!DOCTYPE svg [<!ENTITY a "b">]><svg width="9" height="9"/>', "entities"),
+        (b'<!DOCTYPE svg [<!ENTITY a SYSTEM "file:///etc/passwd">]><svg width="9" height="9">&a;</svg>', "entities"),
+        (b'<!DOCTYPE svg [<!ENTITY % a SYSTEM "http://localhost/x">%a;]><svg/>', "entities"),
+        ('<!DOCTYPE svg [<!ENTITY a "b">]><svg width="9" height="9"/>'.encode("utf-16"), "entities"),
+        (b'<!DOCTYPE svg SYSTEM "file:///etc/passwd"><svg width="9" height="9"/>', "another file"),
+        (b'<?xml-stylesheet href="a.css"?><svg width="9" height="9"/>', "another file"),
+    ],
+)
+def test_refused_documents(data: bytes, words: str) -> None:
+    with pytest.raises(SvgError, match=words) as caught:
+        read_svg(data)
+    assert "\n" not in str(caught.value)
+
+
+def test_bombs_of_use_elements_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(svg_reader, "MAX_ELEMENTS", 500)
+    levels = "".join(f'<g id="l{i + 1}">' + f'<use href="#l{i}"/>' * 10 + "</g>" for i in range(12))
+    with pytest.raises(SvgError, match="elements"):
+        read_svg(document(f'<rect id="l0" width="5" height="5"/>{levels}'))
+
+
+def test_size_limits(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    path = tmp_path / "large.svg"
+    path.write_bytes(document('<path d="M1 2H4V6H1z"/>'))
+    monkeypatch.setattr(svg_reader, "MAX_PATH_DATA", 5)
+    with pytest.raises(SvgError, match="simplify"):
+        read_svg(path)
+    monkeypatch.setattr(svg_reader, "MAX_BYTES", 20)
+    with pytest.raises(SvgError, match="larger than"):
+        read_svg(path)
+
+
+def test_errors_and_warnings_name_the_file(tmp_path: Path) -> None:
+    with pytest.raises(SvgError, match=r"nowhere\.svg: No such file"):
+        read_svg(tmp_path / "nowhere.svg")
+    with pytest.raises(SvgError, match="directory"):
+        read_svg(tmp_path)
+    path = tmp_path / "text.svg"
+    path.write_bytes(document("<text>a</text>"))
+    with pytest.warns(UserWarning, match=r"text\.svg: .*text \(1\)"):
+        read_svg(path)

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The named cases: what is measured, on which picture, and the time that is wanted."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Literal
+
+#: The paper's schedule for an emoji.
+EMOJI = (1, 1, 1, 1, 1)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Case:
+    """Something to measure.
+
+    Attributes
+    ----------
+    name : str
+        What the command line calls it.
+    kind : "step", "course", "startup" or "import"
+        One iteration; a whole run; the command line to its first iteration; ``import livecl``.
+    paths, side : int
+        Layers of the scene; height and width of the canvas, px.
+    picture : "face", "photo" or "covers"
+        The emoji of the examples; a photograph; no picture but layers that each cover the canvas.
+    schedule : tuple of int or None
+        Paths that each stage of the run adds which leaves the scene; None for the paper's growing schedule.
+    cold : bool
+        Start with empty caches.
+    goal_ms, goal_mb : float or None
+        At most this long, scaled to the reference machine, and this much memory.
+    mse_at_most : float or None
+        Error that a run must get below to count.
+    """
+
+    name: str
+    kind: Literal["step", "course", "startup", "import"]
+    paths: int = 0
+    side: int = 240
+    picture: Literal["face", "photo", "covers"] = "photo"
+    schedule: tuple[int, ...] | None = None
+    cold: bool = False
+    goal_ms: float | None = None
+    goal_mb: float | None = None
+    mse_at_most: float | None = None
+
+
+_LIST = [
+    Case(name="1", kind="step", paths=1, picture="face", goal_ms=0.6),
+    Case(name="5", kind="step", paths=5, picture="face", schedule=EMOJI, goal_ms=0.9),
+    Case(name="8", kind="step", paths=8, goal_ms=1.2),
+    Case(name="32", kind="step", paths=32, goal_ms=3),
+    Case(name="128", kind="step", paths=128),
+    Case(name="256", kind="step", paths=256, goal_ms=12),
+    Case(name="512", kind="step", paths=512),
+    Case(name="256@512", kind="step", paths=256, side=512, goal_ms=30, goal_mb=400),
+    Case(name="256@1024", kind="step", paths=256, side=1024),
+    Case(name="covers", kind="step", paths=512, side=1024, picture="covers"),
+    Case(name="emoji", kind="course", paths=5, picture="face", schedule=EMOJI, goal_ms=2300, mse_at_most=2e-3),
+    Case(name="startup-warm", kind="startup", goal_ms=800),
+    Case(name="startup-cold", kind="startup", cold=True, goal_ms=4000),
+    Case(name="import", kind="import", goal_ms=400),
+]
+#: The cases by name, in the order of the table.
+CASES = {case.name: case for case in _LIST}
+#: Left out unless asked for: seconds for an iteration, gigabytes if the memory were not bounded.
+EXTREME = ("covers",)
+#: The cases of each scaling curve, with the quantity that grows.
+CURVES: dict[str, dict[str, int]] = {
+    "paths": {name: CASES[name].paths for name in ("32", "128", "256", "512")},
+    "pixels": {name: CASES[name].side ** 2 for name in ("256", "256@512", "256@1024")},
+}
+#: The case that is timed on one core, two cores, and so on.
+CORES_CASE = "256"
+
+
+def chosen_cases(names: str | None) -> list[Case]:
+    """Return the cases that a comma-separated list names; None names all but the extreme.
+
+    Raises
+    ------
+    ValueError
+        If there is no such case.
+    """
+    if names is None:
+        return [case for case in _LIST if case.name not in EXTREME]
+    wanted = [name.strip() for name in names.split(",")]
+    unknown = [name for name in wanted if name not in CASES]
+    if unknown:
+        raise ValueError(f"no case {', '.join(map(repr, unknown))}; there are {', '.join(CASES)}")
+    return [CASES[name] for name in wanted]
