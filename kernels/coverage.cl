@@ -104,7 +104,7 @@ __kernel void coverage_forward(int4 band, int num_columns, __global const int4 *
         for (int i = index * TILE; i < (index + 1) * TILE; i++) {
             realv a = before + area[i];
             before += row.height[i];
-            area[i] = select(a, rint(a), fabs(a - rint(a)) < SNAP);
+            area[i] = select(a, (realv)0, fabs(a) < SNAP);  // so that the sign of 0 is 0
         }
     }
 }
@@ -119,7 +119,7 @@ typedef struct {
 } Cells;
 
 // d_coverage times d coverage / dA at a pixel; 0 where no coverage is stored. `direction` is the sign of the change of A
-// that counts, 0 for both.
+// that counts, 0 for both: at the kinks of min(|A|, 1) the mean of the two slopes.
 inline real cell_gradient(Cells cells, int column, int row, real direction)
 {
     if (column < 0 || row < 0) return 0;
@@ -129,11 +129,12 @@ inline real cell_gradient(Cells cells, int column, int row, real direction)
     int4 span = cells.spans[cells.layer_spans[strips.x + strip]];
     if (tile < span_first(span) || tile >= span_last(span) || cells.winding[span_tile(span, tile)] != EDGE) return 0;
     int index = (span_tile(span, tile) * TILE + column % TILE) * LANES + row % LANES;
-    real a = cells.area[index];
+    real a = cells.area[index], size = fabs(a);
     real slope = sign(a);                                             // of |A|
     if (a == 0) slope = direction;                                    // |A| can only grow
-    if (fabs(a) > 1 + SNAP) slope = 0;                                // saturated
-    if (fabs(a) >= 1 - SNAP && a * direction > 0) slope = 0;          // about to saturate
+    if (size > 1 + SNAP) slope = 0;                                   // saturated
+    if (size >= 1 - SNAP && a * direction > 0) slope = 0;             // about to be
+    if (size == 1 && direction == 0) slope /= 2;                      // mean of both directions
     return slope * cells.d_coverage[index];
 }
 
@@ -145,7 +146,8 @@ inline real cell_gradient(Cells cells, int column, int row, real direction)
 //
 // It is right summed over a closed subpath. A line exactly on a border between pixels moves into one or the other: the
 // gradient is the mean of the two one-sided ones, g = (g before + g after) / 2, each with the slope for the change of A that
-// moving there makes: sign(n) moving towards larger coordinates, -sign(n) the other way.
+// moving there makes: sign(n) moving towards larger coordinates, -sign(n) the other way. (Two opposite lines on one border
+// with nothing between them are an exception: |A| is then no sum of what each line does.)
 //
 // Work-item: one line.
 //

@@ -3,7 +3,7 @@
 
 Around the point where two strands of a closed outline cross, the winding takes three consecutive values, as each strand
 changes it by one. So an outline crosses itself exactly if some area has a winding other than 0 and that of the whole
-outline's turn. Where strands touch, retrace each other or meet in a cusp, that area is zero; so the area, measured
+outline's turn. Where strands touch, go back on each other or meet in a cusp, that area is zero; so the area, measured
 exactly on the flattened outline, tells crossings from contacts by one tolerance in px^2.
 """
 
@@ -20,7 +20,7 @@ from livecl.drawing import Drawing
 #: Largest distance between the outline and the lines that stand for it, px.
 FLATTENING = 0.01
 #: Area px^2 of other winding up to which an outline does not count as crossing itself: that of a loop 0.03 px wide.
-#: Strands that touch along L px can reach it by rounding to three decimals where L is 2 or more: they count as crossing.
+#: Strands that touch along 2 px or more can reach it by rounding to three decimals, and then count as crossing.
 CROSSING_AREA = 1e-3
 #: Numbers worked on at a time.
 _BLOCK = 1 << 20

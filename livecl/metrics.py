@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -75,7 +76,8 @@ def ssim(image: ArrayLike, target: ArrayLike) -> float:
     if side < 3:
         raise ValueError(f"image: shape {image.shape}, wanted sides of at least 3 px")
     window = min(7, side - 1 + side % 2)
-    return float(structural_similarity(image, target, win_size=window, data_range=1.0, channel_axis=2))
+    similarity: Callable[..., Any] = structural_similarity
+    return float(similarity(image, target, win_size=window, data_range=1.0, channel_axis=2))
 
 
 def num_parameters(drawing: Drawing) -> int:

@@ -225,6 +225,8 @@ class Rasterizer:
         With `closest_from`, the image is instead the largest ReLU(tau - d), px, among the layers from that one on: the
         weight of the authors' program is made from it.
         """
+        if not 0 < tau < np.inf:
+            raise ValueError(f"tau: got {tau}, wanted a positive number of pixels")
         scene = self._scene(drawing)
         run = scene.launcher
         spans = scene.flatten("distance", pieces, tau)

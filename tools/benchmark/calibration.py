@@ -16,63 +16,83 @@ import pyopencl as cl
 
 from livecl.device import OpenDevice
 
-#: The multiply-add rate that times are stated for, GFLOP/s.
+#: The multiply-add rate that times are stated for, GFLOP/s: what the kernel with `REFERENCE_SUMS` gives on two quiet cores
+#: with PoCL from pip (59; a core that waits for each sum does no more than this).
 REFERENCE_GFLOPS = 60.0
+#: Sums of which none waits for another. Two leave the units idle most of the time, as the program's own kernels do; eight
+#: keep them busy: the peak, from which the floor is reckoned.
+REFERENCE_SUMS, PEAK_SUMS = 2, 8
 #: Bytes that are copied: more than any cache holds, once read and once written.
 COPY_BYTES = 1 << 27
 _REPEATS = 9
 _ITEMS, _ROUNDS = 256, 4096
+_LANES, _VECTOR_BYTES, _BLOCK = 8, 32, 2048
 
-# Eight sums, none waiting for another: enough to keep two units busy that each take four cycles for a multiply-add.
-# a*b+c, as the program writes it. Work-items of the copy move 64 KiB each.
-_SOURCE = """
-__kernel void multiply_add(int rounds, __global const float *factors, __global float8 *out)
-{
-    float8 a = factors[0], b = factors[1];
-    float8 s0 = 0, s1 = 1, s2 = 2, s3 = 3, s4 = 4, s5 = 5, s6 = 6, s7 = 7;
-    for (int i = 0; i < rounds; i++) {
-        s0 = s0 * a + b; s1 = s1 * a + b; s2 = s2 * a + b; s3 = s3 * a + b;
-        s4 = s4 * a + b; s5 = s5 * a + b; s6 = s6 * a + b; s7 = s7 * a + b;
-    }
-    out[get_global_id(0)] = ((s0 + s1) + (s2 + s3)) + ((s4 + s5) + (s6 + s7));
-}
 
-#define BLOCK 2048
-__kernel void copy(__global const float8 *from, __global float8 *to)
-{
-    int begin = get_global_id(0) * BLOCK;
-    for (int i = begin; i < begin + BLOCK; i++) to[i] = from[i];
-}
-"""
-_VECTOR_BYTES, _BLOCK = 32, 2048
-#: Multiply-adds of a work-item and round: sums x lanes; each is two operations.
-_OPERATIONS = 2 * 8 * 8
+def _source() -> str:
+    """Return the kernels: chains of a*b+c, as the program writes it; a copy of 64 KiB a work-item."""
+    kernels = []
+    for sums in (REFERENCE_SUMS, PEAK_SUMS):
+        names = [f"s{i}" for i in range(sums)]
+        kernels.append(
+            f"__kernel void multiply_add_{sums}(int rounds, __global const float *factors, __global float8 *out)\n"
+            "{\n"
+            "    float8 a = factors[0], b = factors[1];\n"
+            f"    float8 {', '.join(f'{name} = {i}' for i, name in enumerate(names))};\n"
+            f"    for (int i = 0; i < rounds; i++) {{ {' '.join(f'{name} = {name} * a + b;' for name in names)} }}\n"
+            f"    out[get_global_id(0)] = {' + '.join(names)};\n"
+            "}\n"
+        )
+    kernels.append(
+        "__kernel void copy(__global const float8 *from, __global float8 *to)\n"
+        "{\n"
+        f"    int begin = get_global_id(0) * {_BLOCK};\n"
+        f"    for (int i = begin; i < begin + {_BLOCK}; i++) to[i] = from[i];\n"
+        "}\n"
+    )
+    return "".join(kernels)
+
+
+class MultiplyAdd:
+    """Measures the rate of a*b+c on vectors of eight floats, on all cores.
+
+    Parameters
+    ----------
+    opened : OpenDevice
+        The device.
+    sums : int
+        `REFERENCE_SUMS` or `PEAK_SUMS`.
+    """
+
+    def __init__(self, opened: OpenDevice, sums: int) -> None:
+        flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
+        factors = cl.Buffer(opened.context, flags, hostbuf=np.array([0.5, 0.25], np.float32))
+        out = cl.Buffer(opened.context, cl.mem_flags.WRITE_ONLY, _ITEMS * _VECTOR_BYTES)
+        self._opened = opened
+        self._kernel = cl.Kernel(_program(opened.context), f"multiply_add_{sums}")
+        self._kernel.set_args(np.int32(_ROUNDS), factors, out)
+        self._operations = 2 * sums * _LANES * _ROUNDS * _ITEMS
+        self.once()  # the first launch may still compile
+
+    def once(self) -> float:
+        """Return the rate of one launch of about a millisecond, GFLOP/s."""
+        return 1e-9 * self._operations / _seconds(self._opened, self._kernel, _ITEMS)
+
+    def rate(self) -> float:
+        """Return the median rate of three launches, GFLOP/s."""
+        return float(np.median([self.once() for _ in range(3)]))
 
 
 @functools.cache
 def _program(context: Any) -> Any:
-    return cl.Program(context, _SOURCE).build()
+    return cl.Program(context, _source()).build()
 
 
-def _median_seconds(opened: OpenDevice, kernel: Any, num_items: int) -> float:
-    """Median time of a launch by the device's clock, the first one left out: it may still compile."""
-    local = (1,) if opened.is_cpu else (32,)
-    seconds = []
-    for _ in range(1 + _REPEATS):
-        event = cl.enqueue_nd_range_kernel(opened.queue, kernel, (num_items,), local)
-        event.wait()
-        seconds.append(1e-9 * (event.profile.end - event.profile.start))
-    return float(np.median(seconds[1:]))
-
-
-def multiply_add_rate(opened: OpenDevice) -> float:
-    """Return the rate of a*b+c on vectors of eight floats, GFLOP/s."""
-    flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
-    factors = cl.Buffer(opened.context, flags, hostbuf=np.array([0.5, 0.25], np.float32))
-    out = cl.Buffer(opened.context, cl.mem_flags.WRITE_ONLY, _ITEMS * _VECTOR_BYTES)
-    kernel = cl.Kernel(_program(opened.context), "multiply_add")
-    kernel.set_args(np.int32(_ROUNDS), factors, out)
-    return 1e-9 * _OPERATIONS * _ROUNDS * _ITEMS / _median_seconds(opened, kernel, _ITEMS)
+def _seconds(opened: OpenDevice, kernel: Any, num_items: int) -> float:
+    """Time of a launch by the device's clock."""
+    event = cl.enqueue_nd_range_kernel(opened.queue, kernel, (num_items,), (1,) if opened.is_cpu else (32,))
+    event.wait()
+    return 1e-9 * float(event.profile.end - event.profile.start)
 
 
 def copy_rate(opened: OpenDevice, num_bytes: int = COPY_BYTES) -> float:
@@ -82,7 +102,22 @@ def copy_rate(opened: OpenDevice, num_bytes: int = COPY_BYTES) -> float:
     cl.enqueue_copy(opened.queue, source, np.ones(num_bytes // 4, np.float32))
     kernel = cl.Kernel(_program(opened.context), "copy")
     kernel.set_args(source, target)
-    seconds = _median_seconds(opened, kernel, num_bytes // (_BLOCK * _VECTOR_BYTES))
+    num_items = num_bytes // (_BLOCK * _VECTOR_BYTES)
+    seconds = [_seconds(opened, kernel, num_items) for _ in range(1 + _REPEATS)]
     for buffer in (source, target):
         buffer.release()
-    return 1e-9 * 2 * num_bytes / seconds
+    return 1e-9 * 2 * num_bytes / float(np.median(seconds[1:]))
+
+
+def calibrate(opened: OpenDevice) -> dict[str, float]:
+    """Return the machine's rates at this moment: GFLOP/s of the reference kernel and at the peak, GB/s of a copy.
+
+    The two kernels take turns, so that what else runs on the machine disturbs both alike.
+    """
+    reference, peak = MultiplyAdd(opened, REFERENCE_SUMS), MultiplyAdd(opened, PEAK_SUMS)
+    rates = np.median([(reference.once(), peak.once()) for _ in range(4 * _REPEATS)], axis=0)
+    return {
+        "reference_gflops": float(rates[0]),
+        "peak_gflops": float(rates[1]),
+        "copy_gigabytes": copy_rate(opened),
+    }

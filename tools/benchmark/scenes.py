@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FACE = ROOT / "examples" / "face.png"
 
 
-def picture(name: str, side: int, photo: Path | None = None) -> NDArray[np.float32]:
+def picture(name: str, side: int, photo: str | None = None) -> NDArray[np.float32]:
     """Return a picture as a square (side, side, 3) in [0, 1].
 
     Parameters

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where an iteration's time goes: on the device by kernel, on the host by step.
+
+The steps are timed from outside, by wrapping the functions named in `HOST_STEPS` while an iteration is measured; nothing
+in the package knows of it. A step's time is its own, without the steps it calls. Wrapping costs time itself: `overhead_ms`
+tells how much an iteration became longer.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import importlib
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+#: Host steps: label, module, function. What a checkout does not have is left out, and its time counts as `other`.
+HOST_STEPS = (
+    ("pieces", "livecl.vectorizer", "Vectorizer._choose_pieces"),
+    ("pieces", "livecl.vectorizer", "Vectorizer._coarse_pieces"),
+    ("Xing", "livecl.vectorizer", "Vectorizer._xing"),
+    ("Adam", "livecl.vectorizer", "Vectorizer._move"),
+    ("upload", "livecl.scene", "Scene.load"),
+    ("layout", "livecl.scene", "Scene.flatten"),
+    ("upload", "livecl.launcher", "Launcher.write"),
+    ("launch", "livecl.launcher", "Launcher.__call__"),
+    ("launch", "livecl.launcher", "Launcher.set"),
+    ("launch", "livecl.launcher", "Launcher.reserve"),
+    ("wait and read", "livecl.launcher", "Launcher.read"),
+)
+#: The rest of an iteration.
+OTHER = "other"
+#: Iterations that each breakdown is the median of.
+ITERATIONS = 40
+
+
+class Clock:
+    """Own time of nested steps, seconds by label."""
+
+    def __init__(self) -> None:
+        self.seconds: defaultdict[str, float] = defaultdict(float)
+        self._inner = [0.0]  # time of the steps called by each step under way
+
+    def timed(self, label: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return the function, with its own time counted under the label."""
+
+        @functools.wraps(function)
+        def wrapper(*arguments: Any, **keywords: Any) -> Any:
+            self._inner.append(0.0)
+            start = time.perf_counter()
+            try:
+                return function(*arguments, **keywords)
+            finally:
+                whole = time.perf_counter() - start
+                self.seconds[label] += whole - self._inner.pop()
+                self._inner[-1] += whole
+
+        return wrapper
+
+
+@contextlib.contextmanager
+def wrapped(clock: Clock, steps: tuple[tuple[str, str, str], ...] = HOST_STEPS) -> Iterator[list[str]]:
+    """Wrap the steps' functions for a while; gives the names of those that are not there."""
+    undo: list[tuple[Any, str, Any]] = []
+    missing = []
+    for label, module, path in steps:
+        *outer, name = path.split(".")
+        try:
+            owner: Any = functools.reduce(getattr, outer, importlib.import_module(module))
+            function = getattr(owner, name)
+        except (ImportError, AttributeError):
+            missing.append(f"{module}.{path}")
+            continue
+        undo.append((owner, name, function))
+        setattr(owner, name, clock.timed(label, function))
+    try:
+        yield missing
+    finally:
+        for owner, name, function in undo:
+            setattr(owner, name, function)
+
+
+def host_steps(step: Callable[[], object], iterations: int = ITERATIONS) -> dict[str, Any]:
+    """Return the median ms of each host step in an iteration, the wrapping's cost, and which functions are not there."""
+    plain = _median_ms([_seconds(step) for _ in range(iterations)])
+    whole, by_label = [], defaultdict(list)
+    clock = Clock()
+    with wrapped(clock) as missing:
+        labels = dict.fromkeys(label for label, module, path in HOST_STEPS if f"{module}.{path}" not in missing)
+        for _ in range(iterations):
+            clock.seconds.clear()
+            whole.append(_seconds(step))
+            for label in labels:
+                by_label[label].append(clock.seconds[label])
+            by_label[OTHER].append(whole[-1] - sum(clock.seconds.values()))
+    return {
+        "ms": {label: _median_ms(seconds) for label, seconds in by_label.items()},
+        "overhead_ms": _median_ms(whole) - plain,
+        "missing": missing,
+    }
+
+
+def kernels(step: Callable[[], object], iterations: int = ITERATIONS) -> dict[str, Any]:
+    """Return the median ms of each kernel in an iteration by the device's clock, and its launches."""
+    launchers = set()
+
+    def find(launch: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(launch)
+        def wrapper(launcher: Any, *arguments: Any, **keywords: Any) -> Any:
+            launchers.add(launcher)
+            if launcher.trace is None:
+                launcher.trace = []
+            return launch(launcher, *arguments, **keywords)
+
+        return wrapper
+
+    from livecl.launcher import Launcher
+
+    launch = Launcher.__call__
+    by_name: defaultdict[str, list[float]] = defaultdict(list)
+    launches: defaultdict[str, int] = defaultdict(int)
+    Launcher.__call__ = find(launch)  # type: ignore[method-assign]
+    try:
+        for _ in range(iterations):
+            step()
+            seconds: defaultdict[str, float] = defaultdict(float)
+            for launcher in launchers:
+                for name, event in launcher.trace:
+                    event.wait()
+                    seconds[name] += 1e-9 * (event.profile.end - event.profile.start)
+                    launches[name] += 1
+                launcher.trace = []
+            for name, total in seconds.items():
+                by_name[name].append(total)
+    finally:
+        Launcher.__call__ = launch  # type: ignore[method-assign]
+        for launcher in launchers:
+            launcher.trace = None
+    return {
+        "ms": {name: _median_ms(seconds) for name, seconds in by_name.items()},
+        "launches": {name: round(count / iterations, 2) for name, count in launches.items()},
+    }
+
+
+def _seconds(step: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    step()
+    return time.perf_counter() - start
+
+
+def _median_ms(seconds: list[float]) -> float:
+    return 1e3 * float(np.median(seconds))

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks that a case passes before it is timed: a wrong result is not a fast one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.device import open_device
+from livecl.losses import xing_loss
+from livecl.rasterizer import Gradients, Rasterizer
+from livecl.state import State
+from livecl.vectorizer import Vectorizer
+
+#: Relative error of one rounding in float32.
+UNIT = 2.0**-24
+#: Standard deviations of rounding allowed for, as in the tests.
+DEVIATIONS = 5
+#: A loss is a sum of squares: its relative error is that of a pixel's error, 2 x rounding / contrast, with contrasts of a
+#: hundredth and more, and of a sum in a fixed order of up to a million pixels, whose roundings add up like a root.
+LOSS_TOLERANCE = DEVIATIONS * UNIT * (2 * 100 + 1000)
+#: The distance weight of a step may be measured with coarser lines, a fortieth of tau away from the curve.
+STEP_LOSS_TOLERANCE = 1 / 40
+
+
+#: Where |A| of a pixel is within rounding of 0 or 1, the two precisions may disagree on whether the outline counts in it.
+#: That concerns a few control points at a time, and by no more than their outline's share in the pixel: apart from the worst
+#: twentieth of the entries only rounding is allowed for, and for the whole a hundredth of the norm.
+DOUBTFUL_SHARE, DOUBTFUL_TOLERANCE = 0.05, 0.01
+
+
+class CheckError(Exception):
+    """A case does not do what it should; the message says what was found and what was wanted."""
+
+
+def gradient_tolerance(side: int) -> float:
+    """Return how far rounding may move a gradient, over its norm.
+
+    A vertex's coordinates of up to `side` px are off by UNIT x side x the root of some ten roundings, coverage by twice
+    that, and with it the colour under a layer and the share of the outline in a pixel: of order 1 each.
+    """
+    return DEVIATIONS * UNIT * side * 10**0.5 * 2
+
+
+def check_step(image: NDArray[np.float32], state: State, device: int | str | None, *, exact: bool = True) -> dict[str, Any]:
+    """Check one iteration on a scene.
+
+    The float build's loss against NumPy's from the image it renders, its gradient against the double build's, and the loss
+    of a step against both parts of the paper's loss.
+
+    Parameters
+    ----------
+    image : (H, W, 3) float32
+        Target.
+    state : State
+        The scene; it is left as it is.
+    device : int, str or None
+        OpenCL device.
+    exact : bool
+        Whether to compare with the double build, where the device has one: it needs twice the memory and time.
+
+    Returns
+    -------
+    dict
+        The errors found.
+
+    Raises
+    ------
+    CheckError
+        If one of them is too large.
+    """
+    drawing, options = state.drawing, state.options
+    single = Rasterizer(drawing.size, device)
+    pieces = single.pieces(drawing)
+    rendered = single.forward(drawing, pieces)
+    weight = single.distance_weight(drawing, options.tau, pieces)
+    loss, gradients = single.loss_and_gradients(drawing, image, weight, pieces, scale=1 / 3)
+    found = {"weight_sum": _within("sum of the distance weight", float(weight.sum(dtype=np.float64)), 1, LOSS_TOLERANCE)}
+    error = rendered.astype(np.float64) - image
+    recomputed = float(np.sum(weight[..., None].astype(np.float64) * error * error) / 3)
+    found["loss"] = _within("loss, against NumPy's", loss, recomputed, LOSS_TOLERANCE)
+    if exact and open_device(device).device.double_fp_config:
+        double = Rasterizer(drawing.size, device, dtype=np.float64)
+        _, wanted = double.loss_and_gradients(drawing, image, weight, pieces, scale=1 / 3)
+        found |= _compare(gradients, wanted, gradient_tolerance(max(drawing.size)))
+    vectorizer = Vectorizer(image, state, device)
+    step_loss = vectorizer.step()
+    wanted_loss = recomputed + options.xing_weight * xing_loss(drawing.cubics)[0]
+    found["step_loss"] = _within("loss of a step", step_loss, wanted_loss, STEP_LOSS_TOLERANCE)
+    return found
+
+
+def check_error(mse: float, at_most: float | None) -> dict[str, Any]:
+    """Check a run by the error it ends with."""
+    if at_most is not None and not mse <= at_most:
+        raise CheckError(f"mean squared error: {mse:.3g}, wanted at most {at_most:.3g}")
+    return {"mse": mse}
+
+
+def _within(what: str, value: float, wanted: float, tolerance: float) -> float:
+    """Return the relative error of a number, if it is within the tolerance."""
+    error = abs(value - wanted) / abs(wanted) if wanted else abs(value)
+    if not error <= tolerance:  # nor if it is not a number
+        raise CheckError(f"{what}: {value:.9g}, wanted {wanted:.9g} within {tolerance:.1g} of it")
+    return error
+
+
+def _compare(found: Gradients, wanted: Gradients, tolerance: float) -> dict[str, float]:
+    """Return the errors of the points' and the colours' gradients over their norms, if both are within the tolerance."""
+    errors = {}
+    for name in ("points", "colors"):
+        exact = getattr(wanted, name)
+        norm = max(float(np.linalg.norm(exact)), 1e-300)
+        sorted_errors = np.sort(np.abs(getattr(found, name) - exact), axis=None) / norm
+        errors[name] = float(np.linalg.norm(sorted_errors))
+        rounding = float(np.linalg.norm(sorted_errors[: int((1 - DOUBTFUL_SHARE) * sorted_errors.size)]))
+        if not (rounding <= tolerance and errors[name] <= DOUBTFUL_TOLERANCE):
+            raise CheckError(
+                f"gradient of the {name}: off by {errors[name]:.2g} of its norm, wanted {DOUBTFUL_TOLERANCE:.2g}; "
+                f"without the worst twentieth by {rounding:.2g}, wanted {tolerance:.2g}"
+            )
+    return errors

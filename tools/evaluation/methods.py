@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Methods: named sets of options, and the schedule that passes through the numbers of paths asked for."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from typing import Any
+
+from livecl.options import PRESETS, Options
+from livecl.schedule import MOST_PER_STAGE
+
+#: The preset that stands for VTracer; the others are those of livecl.
+VTRACER = "vtracer"
+#: VTracer's own parameters that a method may change.
+VTRACER_PARAMETERS = {
+    "colormode",
+    "hierarchical",
+    "mode",
+    "filter_speckle",
+    "color_precision",
+    "layer_difference",
+    "corner_threshold",
+    "length_threshold",
+    "max_iterations",
+    "splice_threshold",
+    "path_precision",
+}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Method:
+    """A way to vectorize.
+
+    Attributes
+    ----------
+    name : str
+        Name in tables and folders.
+    preset : str
+        A preset of livecl's options, or "vtracer".
+    changes : dict
+        Options that differ from the preset's.
+    one_stage : bool
+        Place all paths at once, instead of in growing stages.
+    """
+
+    name: str
+    preset: str = "default"
+    changes: dict[str, Any] = dataclasses.field(default_factory=dict)
+    one_stage: bool = False
+
+    def options(self) -> Options:
+        """Return livecl's options; ValueError if there are none such."""
+        try:
+            return PRESETS[self.preset](**self.changes)
+        except TypeError:
+            known = {field.name for field in dataclasses.fields(Options)}
+            unknown = ", ".join(sorted(set(self.changes) - known))
+            raise ValueError(f"method {self.name}: no option {unknown}; there are {', '.join(sorted(known))}") from None
+        except ValueError as error:
+            raise ValueError(f"method {self.name}: {error}") from None
+
+    def check(self) -> None:
+        """Raise ValueError if the options are not usable."""
+        if self.preset != VTRACER:
+            self.options()
+        elif unknown := set(self.changes) - VTRACER_PARAMETERS:
+            raise ValueError(f"method {self.name}: VTracer has no parameter {', '.join(sorted(unknown))}")
+
+    def describe(self) -> dict[str, Any]:
+        """Return everything that decides what the method does."""
+        if self.preset == VTRACER:
+            return {"preset": VTRACER, **self.changes}
+        return {**dataclasses.asdict(self.options()), "one_stage": self.one_stage}
+
+
+#: The methods that are known by name: ours, the paper's, its comparison, its ablations, and a tracer.
+METHODS = {
+    method.name: method
+    for method in (
+        Method(name="live"),
+        Method(name="mse", changes={"loss": "mse"}),
+        Method(name="paper", preset="paper"),
+        Method(name="released", preset="released"),
+        Method(name="diffvg", preset="diffvg", one_stage=True),
+        Method(name="paper-mse", preset="paper", changes={"loss": "mse"}),
+        Method(name="paper-random", preset="paper", changes={"shape": "random"}),
+        Method(name="paper-xing0", preset="paper", changes={"xing_weight": 0.0}),
+        Method(name="paper-xing1", preset="paper", changes={"xing_weight": 1.0}),
+        Method(name=VTRACER, preset=VTRACER),
+    )
+}
+
+
+def parse_method(text: str) -> Method:
+    """Return the method that "name:key=value,key=value" defines.
+
+    Keys are the options' names; `preset` says which set they change (the default one if not given), and `stages` is
+    "growing" or "one". Raises ValueError if it cannot be read.
+
+    >>> parse_method("few:preset=paper,iterations=50").options().iterations
+    50
+    """
+    name, _, rest = text.partition(":")
+    if not re.fullmatch(r"[\w.+-]+", name) or not name.strip("."):
+        raise ValueError(f"method {text!r}: wanted name:key=value,key=value with a name of letters, digits, . + - _")
+    changes: dict[str, Any] = {}
+    for item in filter(None, rest.split(",")):
+        key, equals, value = item.partition("=")
+        if not equals:
+            raise ValueError(f"method {name}: got {item!r}, wanted key=value")
+        changes[key.strip()] = _value(value.strip())
+    preset, stages = changes.pop("preset", "default"), changes.pop("stages", None)
+    if preset not in PRESETS and preset != VTRACER:
+        raise ValueError(f"method {name}: no preset {preset!r}; there are {', '.join([*PRESETS, VTRACER])}")
+    if stages not in (None, "growing", "one"):
+        raise ValueError(f"method {name}: stages is {stages!r}, wanted growing or one")
+    one_stage = preset == "diffvg" if stages is None else stages == "one"
+    method = Method(name=name, preset=preset, changes=changes, one_stage=one_stage)
+    method.check()
+    return method
+
+
+def schedule_through(counts: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the growing schedule that passes exactly through all of some rising numbers of paths.
+
+    Stages add 1, 2, 4, ... paths, 32 at most, as in the paper. A stage that would pass one of the numbers is cut to
+    reach it, and the next stage is what the cut one was to be. To the first number this is the paper's schedule for it;
+    to later ones it differs by the cut stages before.
+
+    >>> schedule_through((8, 16, 32))
+    (1, 2, 4, 1, 8, 16)
+    >>> schedule_through((10, 40))
+    (1, 2, 4, 3, 8, 16, 6)
+    """
+    stages: list[int] = []
+    ideal, total = 1, 0
+    for count in counts:
+        while total < count:
+            stages.append(min(ideal, count - total))
+            total += stages[-1]
+            if stages[-1] == ideal:
+                ideal = min(2 * ideal, MOST_PER_STAGE)
+    return tuple(stages)
+
+
+def _value(text: str) -> Any:
+    """Return a number, true, false or null as JSON spells them, and anything else as text."""
+    try:
+        value = json.loads(text)
+    except ValueError:
+        return text
+    return value if isinstance(value, (int, float, bool)) or value is None else text

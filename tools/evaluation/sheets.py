@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Contact sheets to look through, worst first: target, last stages, final picture, outlines."""
+
+from __future__ import annotations
+
+import colorsys
+import io
+import itertools
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from evaluation.measures import resvg_picture
+from PIL import Image, ImageDraw, ImageFont
+
+from livecl.crossings import flatten
+from livecl.drawing import Drawing
+from livecl.files import write_atomically
+from livecl.image import over_background, read_image
+from livecl.svg import read_svg
+
+#: Longest side of a picture, px; pictures of a sheet; stages shown before the final one.
+CELL, ROWS, EARLIER = 200, 8, 4
+_MARGIN, _LINE = 8, 16
+#: Outlines are drawn so much larger, then made smaller, which smooths them.
+_FINER = 3
+#: Turn of hue between layers: the golden section, so that neighbours differ.
+_HUE_STEP = 0.618
+
+Row = dict[str, Any]
+
+
+def write_sheets(output: Path, rows: Iterable[Row], pictures: dict[str, Path]) -> list[Path]:
+    """Write the sheets of each method and number of paths; return the files.
+
+    Parameters
+    ----------
+    output : Path
+        Folder of the evaluation; sheets go to its folder `sheets`, in place of those that are there.
+    rows : iterable of dict
+        Results, with `svg` relative to `output`.
+    pictures : dict
+        The targets' files by the pictures' names.
+    """
+    folder = output / "sheets"
+    folder.mkdir(exist_ok=True)
+    for old in folder.glob("*.png"):
+        old.unlink()
+    written = []
+    by_kind: dict[tuple[str, int | None], list[Row]] = {}
+    for row in rows:
+        by_kind.setdefault((row["method"], row["asked"]), []).append(row)
+    for (method, count), found in by_kind.items():
+        found.sort(key=lambda row: (-row["mse"], row["picture"]))
+        for page, first in enumerate(range(0, len(found), ROWS), start=1):
+            file = folder / f"{method}-{'free' if count is None else count}-{page:02}.png"
+            strips = [_strip(row, output, pictures[row["picture"]]) for row in found[first : first + ROWS]]
+            png = io.BytesIO()
+            _stacked(strips).save(png, "PNG")
+            write_atomically(file, png.getvalue())
+            written.append(file)
+    return written
+
+
+def outlines(drawing: Drawing, image: Image.Image) -> Image.Image:
+    """Return a faded picture of a drawing, of any size, with the outline of each layer in a colour of its own."""
+    scale = np.array(image.size) / (drawing.size[1], drawing.size[0]) * _FINER
+    size = (image.width * _FINER, image.height * _FINER)
+    canvas = Image.blend(image, Image.new("RGB", image.size, "white"), 0.75).resize(size)
+    pen = ImageDraw.Draw(canvas)
+    for layer, (low, high) in enumerate(itertools.pairwise(drawing.layer_offsets)):
+        red, green, blue = colorsys.hsv_to_rgb(layer * _HUE_STEP % 1, 1, 0.8)
+        ink = round(255 * red), round(255 * green), round(255 * blue)
+        for first, end in itertools.pairwise(drawing.subpath_offsets[low : high + 1]):
+            corners = flatten(drawing.cubics[first:end]) * scale
+            closed = [(float(x), float(y)) for x, y in [*corners, corners[0]]]
+            pen.line(closed, fill=ink, width=_FINER)
+    return canvas.resize(image.size, Image.Resampling.LANCZOS)
+
+
+def _strip(row: Row, output: Path, picture: Path) -> Image.Image:
+    """Return one picture's row: a line of text, and the labelled cells."""
+    final = output / row["svg"]
+    last = len(row["stages"])
+    cells = [("target", _shown(over_background(read_image(picture), (1, 1, 1))))]
+    for stage in range(max(1, last - EARLIER), last):
+        file = final.with_name(re.sub(r"\d+", str(stage), final.name))
+        cells.append((_paths(row["stages"][stage - 1]), _shown(resvg_picture(file.read_bytes()))))
+    whole = _shown(resvg_picture(final.read_bytes()))
+    cells.append((f"final, {_paths(row['paths'])}", whole))
+    cells.append(("outlines", outlines(read_svg(final), whole)))
+    title = (
+        f"{row['picture']}   MSE {row['mse']:.2e}   SSIM {row['ssim']:.3f}   {row['seconds']:.1f} s   "
+        f"in one region {row['in_one_region']}/{row['paths']}   crossing {row['self_crossing']}   "
+        f"needless {row['needless']}   mergeable {row['mergeable']}   nearly opaque {row['nearly_opaque']}"
+    )
+    font = ImageFont.load_default(12)
+    width = max(len(cells) * (CELL + _MARGIN), int(font.getlength(title))) + _MARGIN
+    strip = Image.new("RGB", (width, 2 * _LINE + CELL + _MARGIN), "white")
+    pen = ImageDraw.Draw(strip)
+    pen.text((_MARGIN, 2), title, fill="black", font=font)
+    for column, (label, cell) in enumerate(cells):
+        left = _MARGIN + column * (CELL + _MARGIN)
+        pen.text((left, _LINE + 2), label, fill="#666666", font=font)
+        top = 2 * _LINE
+        pen.rectangle((left - 1, top - 1, left + cell.width, top + cell.height), outline="#cccccc")
+        strip.paste(cell, (left, top))
+    return strip
+
+
+def _shown(image: Any) -> Image.Image:
+    """Return an image (H, W, 3) in [0, 1] at the size of a cell."""
+    picture = Image.fromarray(np.rint(np.clip(image, 0, 1) * 255).astype(np.uint8))
+    scale = CELL / max(picture.size)
+    size = max(1, round(picture.width * scale)), max(1, round(picture.height * scale))
+    return picture.resize(size, Image.Resampling.LANCZOS if scale < 1 else Image.Resampling.NEAREST)
+
+
+def _paths(count: int) -> str:
+    return f"{count} path{'' if count == 1 else 's'}"
+
+
+def _stacked(strips: Sequence[Image.Image]) -> Image.Image:
+    sheet = Image.new("RGB", (max(strip.width for strip in strips), sum(strip.height for strip in strips)), "white")
+    tops = itertools.accumulate((strip.height for strip in strips), initial=0)
+    for strip, top in zip(strips, tops, strict=False):
+        sheet.paste(strip, (0, top))
+    return sheet
