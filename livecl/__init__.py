@@ -15,9 +15,12 @@ if TYPE_CHECKING:
     from livecl.drawing import Drawing
     from livecl.errors import DeviceError, ImageError, KernelBuildError, LiveclError, SvgError
     from livecl.image import read_image
+    from livecl.options import Options
     from livecl.rasterizer import Gradients, Rasterizer, render
+    from livecl.result import Result
+    from livecl.state import State
     from livecl.svg import read_svg
-    from livecl.vectorizer import Options, Result, State, vectorize
+    from livecl.vectorizer import vectorize
 
 __version__ = "0.1.0"
 
@@ -45,9 +48,12 @@ _MODULES = {
     "drawing": ["Drawing"],
     "errors": ["DeviceError", "ImageError", "KernelBuildError", "LiveclError", "SvgError"],
     "image": ["read_image"],
+    "options": ["Options"],
     "rasterizer": ["Gradients", "Rasterizer", "render"],
+    "state": ["State"],
     "svg": ["read_svg"],
-    "vectorizer": ["Options", "Result", "State", "vectorize"],
+    "result": ["Result"],
+    "vectorizer": ["vectorize"],
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 

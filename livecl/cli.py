@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from tqdm import tqdm
 
     from livecl.options import Options
-    from livecl.vectorizer import Result, Step
+    from livecl.result import Result
+    from livecl.vectorizer import Step
 
 #: Exit codes, beside 0.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -41,9 +42,8 @@ OPTION_NAMES = ("iterations", "segments", "loss", "xing_weight", "placement", "s
 DESCRIPTION = "Turn a picture into a layered SVG of few closed Bézier paths."
 EPILOG = """\
 examples:
-  livecl face.png -o face.svg --paths 6
   livecl face.png -o face.svg --schedule 1,1,1,1,1,1 --stages stages --json face.json
-  livecl photo.jpg -o photo.svg --schedule exp --paths 32 --seed 1
+  livecl photo.jpg -o photo.svg --paths 64
 
 exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted.
 An existing output file is replaced only when the new one is complete.

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+@dataclasses.dataclass(frozen=True, eq=False, init=False)
 class Drawing:
     """Layers of closed cubic Bézier paths over a background.
 
@@ -56,48 +56,49 @@ class Drawing:
     points: FloatArray
     colors: FloatArray
     size: tuple[int, int]
-    background: FloatArray | None = dataclasses.field(default_factory=lambda: np.ones(3))
-    subpath_offsets: IntArray = None  # type: ignore[assignment]  # filled in by __post_init__
-    layer_offsets: IntArray = None  # type: ignore[assignment]  # filled in by __post_init__
-    stages: IntArray = None  # type: ignore[assignment]  # filled in by __post_init__
+    background: FloatArray | None
+    subpath_offsets: IntArray
+    layer_offsets: IntArray
+    stages: IntArray
 
-    def __post_init__(self) -> None:
-        def put(name: str, value: Any) -> None:
-            if isinstance(value, np.ndarray):
-                value.setflags(write=False)
-            object.__setattr__(self, name, value)
-
-        put("size", _checked_size(self.size))
-        points = _checked_floats("points", self.points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
-        colors = _checked_floats("colors", self.colors, (-1, 4), 0.0, 1.0)
-        put("points", points)
-        put("colors", colors)
-        if self.background is not None:
-            put("background", _checked_floats("background", self.background, (3,), 0.0, 1.0))
-        num_segments, num_layers = len(points), len(colors)
-        if (self.subpath_offsets is None) != (self.layer_offsets is None):
+    def __init__(
+        self,
+        *,
+        points: ArrayLike,
+        colors: ArrayLike,
+        size: tuple[int, int],
+        background: ArrayLike | None = (1.0, 1.0, 1.0),
+        subpath_offsets: ArrayLike | None = None,
+        layer_offsets: ArrayLike | None = None,
+        stages: ArrayLike | None = None,
+    ) -> None:
+        values: dict[str, Any] = {"size": _checked_size(size)}
+        values["points"] = _checked_floats("points", points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
+        values["colors"] = _checked_floats("colors", colors, (-1, 4), 0.0, 1.0)
+        values["background"] = None if background is None else _checked_floats("background", background, (3,), 0.0, 1.0)
+        num_segments, num_layers = len(values["points"]), len(values["colors"])
+        if (subpath_offsets is None) != (layer_offsets is None):
             raise ValueError("subpath_offsets and layer_offsets must be given together, or neither")
-        if self.subpath_offsets is None:
+        if subpath_offsets is None:
             if num_layers and (num_segments % num_layers or not num_segments):
                 raise ValueError(
                     f"points: {num_segments} segments cannot be shared equally by {num_layers} layers; "
                     "give subpath_offsets and layer_offsets"
                 )
-            put("subpath_offsets", np.linspace(0, num_segments, num_layers + 1).astype(np.int32))
-            put("layer_offsets", np.arange(num_layers + 1, dtype=np.int32))
-        else:
-            subpath_offsets = _checked_offsets("subpath_offsets", self.subpath_offsets, None, num_segments)
-            put("subpath_offsets", subpath_offsets)
-            put(
-                "layer_offsets",
-                _checked_offsets("layer_offsets", self.layer_offsets, num_layers, len(subpath_offsets) - 1),
-            )
+            subpath_offsets = np.linspace(0, num_segments, num_layers + 1)
+            layer_offsets = np.arange(num_layers + 1)
         if not num_layers and num_segments:
             raise ValueError(f"points: {num_segments} segments belong to no layer, as colors is empty")
-        stages = np.zeros(num_layers, np.int32) if self.stages is None else np.array(self.stages, np.int32)
-        if stages.shape != (num_layers,):
-            raise ValueError(f"stages: shape {stages.shape}, wanted ({num_layers},)")
-        put("stages", stages)
+        values["subpath_offsets"] = _checked_offsets("subpath_offsets", subpath_offsets, None, num_segments)
+        num_subpaths = len(values["subpath_offsets"]) - 1
+        values["layer_offsets"] = _checked_offsets("layer_offsets", layer_offsets, num_layers, num_subpaths)
+        values["stages"] = np.zeros(num_layers, np.int32) if stages is None else np.array(stages, np.int32)
+        if values["stages"].shape != (num_layers,):
+            raise ValueError(f"stages: shape {values['stages'].shape}, wanted ({num_layers},)")
+        for value in values.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+        self.__dict__.update(values)
 
     @property
     def num_layers(self) -> int:
@@ -201,7 +202,7 @@ def empty_drawing(size: tuple[int, int], background: ArrayLike | None = (1.0, 1.
         points=np.zeros((0, 3, 2)),
         colors=np.zeros((0, 4)),
         size=size,
-        background=background,  # type: ignore[arg-type]  # converted by Drawing
+        background=background,
     )
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,6 +42,10 @@ class Adam:
         self.square = np.concatenate([self.square, more.square])
         self.ages = np.concatenate([self.ages, more.ages])
 
+    def subset(self, rows: Any) -> Adam:
+        """Return a copy of some of the rows, by index, mask or slice."""
+        return Adam(self.mean[rows].copy(), self.square[rows].copy(), self.ages[rows].copy())
+
     def step(self, gradient: FloatArray, learning_rate: ArrayLike) -> FloatArray:
         """Take in a gradient and return the change of the parameters.
 
@@ -70,3 +75,8 @@ def decayed(ages: NDArray[np.int64], factor: float, period: int) -> FloatArray:
     whole, part = np.divmod(ages, period)
     start = np.power(float(factor), whole)
     return np.asarray(start * (1 - part / period * (1 - factor)), dtype=np.float64)
+
+
+def settling(progress: float, left: float) -> float:
+    """Return the share of the learning rate at a point of a stage: 1 in its first half, then straight down to `left`."""
+    return 1 - (1 - left) * max(0.0, 2 * progress - 1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any, Literal, get_args, get_type_hints
 
 
@@ -22,10 +23,17 @@ class Options:
         Squared error under the distance weight (eq. 1-2), or its plain mean.
     xing_weight : float
         Weight of the Xing loss (eq. 4), lambda.
-    placement : "component" or "random"
-        Where new paths start: on the largest components of the error, or anywhere.
-    shape : "circle" or "random"
-        What new paths look like.
+    max_segments : int
+        Most segments of a path whose outline is fitted to a region that needs more than `segments`.
+    placement : "region", "component" or "random"
+        Where new paths start: on the regions whose painting would remove most error, on the largest components of the
+        error (the paper's rule), or anywhere.
+    shape : "outline", "circle" or "random"
+        What new paths look like; an outline is fitted to the region or component.
+    settle : float
+        Share of the learning rates left at the end of a stage, in whose second half they fall; 1 to keep them.
+    revisions : int
+        Rounds, at the end, that take out the least useful paths and place them anew, kept if the error falls.
     background : str
         "white", "#rrggbb", or "train" to start from white and train it.
     radius : float
@@ -53,10 +61,13 @@ class Options:
 
     iterations: int = 500
     segments: int = 4
-    loss: Literal["udf", "mse"] = "udf"
+    max_segments: int = 8
+    loss: Literal["udf", "mse"] = "mse"
     xing_weight: float = 0.01
-    placement: Literal["component", "random"] = "component"
-    shape: Literal["circle", "random"] = "circle"
+    placement: Literal["region", "component", "random"] = "region"
+    shape: Literal["outline", "circle", "random"] = "outline"
+    settle: float = 0.1
+    revisions: int = 12
     background: str = "white"
     radius: float = 5.0
     tau: float = 10.0
@@ -71,8 +82,9 @@ class Options:
     def __post_init__(self) -> None:
         for name, hint in get_type_hints(Options).items():
             value = getattr(self, name)
-            if hint is int and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
-                raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least 1")
+            least = 0 if name == "revisions" else 1
+            if hint is int and (isinstance(value, bool) or not isinstance(value, int) or value < least):
+                raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least {least}")
             if hint is float and not (isinstance(value, (int, float)) and math.isfinite(value) and value >= 0):
                 raise ValueError(f"{name}: got {value!r}, wanted a number of at least 0")
             if get_args(hint) and value not in get_args(hint):
@@ -80,6 +92,8 @@ class Options:
         for name in ("radius", "tau", "learning_rate", "color_learning_rate", "decay"):
             if getattr(self, name) == 0:
                 raise ValueError(f"{name}: got 0, wanted a positive number")
+        if self.shape == "outline" and self.placement == "random":
+            raise ValueError("shape: 'outline' needs a region to fit, so placement 'region' or 'component'")
         self.background_color()
 
     def background_color(self) -> tuple[float, float, float]:
@@ -114,7 +128,32 @@ class Options:
         return cls(**{**_PAPER, **baseline, **changes})
 
 
-_PAPER: dict[str, Any] = {field.name: field.default for field in dataclasses.fields(Options)}
+_PAPER: dict[str, Any] = {
+    "iterations": 500,
+    "segments": 4,
+    "max_segments": 4,
+    "loss": "udf",
+    "xing_weight": 0.01,
+    "placement": "component",
+    "shape": "circle",
+    "settle": 1.0,
+    "revisions": 0,
+    "background": "white",
+    "radius": 5.0,
+    "tau": 10.0,
+    "color_threshold": 0.1,
+    "bins": 200,
+    "learning_rate": 1.0,
+    "color_learning_rate": 0.01,
+    "decay": 1.0,
+    "new_color": "target",
+    "variant": "paper",
+}
 
 #: Presets by the name that the command line knows them by.
-PRESETS = {"default": Options, "paper": Options.paper, "released": Options.released, "diffvg": Options.diffvg}
+PRESETS: dict[str, Callable[..., Options]] = {
+    "default": Options,
+    "paper": Options.paper,
+    "released": Options.released,
+    "diffvg": Options.diffvg,
+}

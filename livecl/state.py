@@ -13,13 +13,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.drawing import Drawing
+from livecl.drawing import Drawing, concatenate
 from livecl.errors import LiveclError
 from livecl.files import write_atomically
 from livecl.optimizers import Adam
 from livecl.options import Options
 
 _FORMAT = 1
+
+
+@dataclasses.dataclass(frozen=True)
+class Fallback:
+    """A drawing with the moments that belong to it."""
+
+    drawing: Drawing
+    points: Adam
+    colors: Adam
 
 
 @dataclasses.dataclass
@@ -44,6 +53,10 @@ class State:
         Source of whatever is random.
     kept_weight : (H, W) float or None
         Distance weight that earlier stages left (the released program's loss).
+    failures : int
+        Revisions in a row that did not lower the error.
+    fallback : Fallback or None
+        What to return to if the revision under way does not lower it either.
     """
 
     drawing: Drawing
@@ -57,6 +70,8 @@ class State:
     pieces: NDArray[np.int32]
     rng: np.random.Generator
     kept_weight: NDArray[Any] | None = None
+    failures: int = 0
+    fallback: Fallback | None = None
 
     @classmethod
     def start(cls, drawing: Drawing, options: Options, schedule: tuple[int, ...], seed: int) -> State:
@@ -74,24 +89,39 @@ class State:
             rng=np.random.default_rng(seed),
         )
 
+    def add(self, new: Drawing) -> None:
+        """Put new layers on top."""
+        self.drawing = concatenate(self.drawing, new)
+        self.points.extend(new.num_segments)
+        self.colors.extend(new.num_layers)
+
+    def keep_layers(self, layers: NDArray[Any]) -> None:
+        """Take out all layers but these (K,)."""
+        segments = np.isin(self.drawing.segment_layers, layers)
+        self.drawing = self.drawing.layer_subset(layers)
+        self.points, self.colors = self.points.subset(segments), self.colors.subset(layers)
+        self.pieces = self.pieces[segments]
+
+    def fall_back(self) -> Fallback:
+        """Return what :meth:`restore` needs to come back to this point."""
+        return Fallback(self.drawing, self.points.subset(slice(None)), self.colors.subset(slice(None)))
+
+    def restore(self, fallback: Fallback) -> None:
+        """Return to an earlier drawing."""
+        self.drawing, self.points, self.colors = fallback.drawing, fallback.points, fallback.colors
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the state to a file, replacing an existing one atomically."""
         drawing = self.drawing
-        arrays: dict[str, Any] = {
-            "points": drawing.points,
-            "colors": drawing.colors,
-            "subpath_offsets": drawing.subpath_offsets,
-            "layer_offsets": drawing.layer_offsets,
-            "stages": drawing.stages,
-            "pieces": self.pieces,
-        }
-        if drawing.background is not None:
-            arrays["background"] = drawing.background
+        arrays: dict[str, Any] = {"pieces": self.pieces, **_drawing_arrays("", drawing)}
         if self.kept_weight is not None:
             arrays["kept_weight"] = self.kept_weight
-        for name in ("points", "colors", "background"):
-            for field, value in vars(getattr(self, name)).items():
-                arrays[f"adam.{name}.{field}"] = value
+        moments = {"points": self.points, "colors": self.colors, "background": self.background}
+        if self.fallback is not None:
+            arrays.update(_drawing_arrays("fallback.", self.fallback.drawing))
+            moments |= {"fallback.points": self.fallback.points, "fallback.colors": self.fallback.colors}
+        for name, adam in moments.items():
+            arrays.update({f"adam.{name}.{field}": value for field, value in vars(adam).items()})
         facts = {
             "format": _FORMAT,
             "size": drawing.size,
@@ -99,6 +129,7 @@ class State:
             "schedule": self.schedule,
             "stage": self.stage,
             "iteration": self.iteration,
+            "failures": self.failures,
             "rng": self.rng.bit_generator.state,
         }
         buffer = io.BytesIO()
@@ -122,24 +153,41 @@ class State:
                 raise ValueError(f"format {facts['format']}, wanted {_FORMAT}")
             rng = np.random.default_rng()
             rng.bit_generator.state = facts["rng"]
-            adams = {
-                name: Adam(**{field: arrays[f"adam.{name}.{field}"] for field in ("mean", "square", "ages")})
-                for name in ("points", "colors", "background")
-            }
+            fallback = None
+            if "fallback.points" in arrays:
+                drawing = _drawing("fallback.", arrays, facts["size"])
+                fallback = Fallback(drawing, _adam("fallback.points", arrays), _adam("fallback.colors", arrays))
             return cls(
-                drawing=Drawing(
-                    size=facts["size"],
-                    background=arrays.get("background"),
-                    **{key: arrays[key] for key in ("points", "colors", "subpath_offsets", "layer_offsets", "stages")},
-                ),
+                drawing=_drawing("", arrays, facts["size"]),
                 options=Options(**facts["options"]),
                 schedule=tuple(facts["schedule"]),
                 stage=facts["stage"],
                 iteration=facts["iteration"],
+                points=_adam("points", arrays),
+                colors=_adam("colors", arrays),
+                background=_adam("background", arrays),
                 pieces=arrays["pieces"],
                 rng=rng,
                 kept_weight=arrays.get("kept_weight"),
-                **adams,
+                failures=facts["failures"],
+                fallback=fallback,
             )
         except (OSError, KeyError, TypeError, ValueError, EOFError, zipfile.BadZipFile) as error:
             raise LiveclError(f"{os.fspath(path)!r} is not a saved state of livecl: {error}") from error
+
+
+_DRAWING_ARRAYS = ("points", "colors", "subpath_offsets", "layer_offsets", "stages")
+
+
+def _drawing_arrays(prefix: str, drawing: Drawing) -> dict[str, Any]:
+    arrays = {prefix + name: getattr(drawing, name) for name in _DRAWING_ARRAYS}
+    return arrays if drawing.background is None else {**arrays, f"{prefix}background": drawing.background}
+
+
+def _drawing(prefix: str, arrays: dict[str, Any], size: tuple[int, int]) -> Drawing:
+    background = arrays.get(f"{prefix}background")
+    return Drawing(size=size, background=background, **{name: arrays[prefix + name] for name in _DRAWING_ARRAYS})
+
+
+def _adam(name: str, arrays: dict[str, Any]) -> Adam:
+    return Adam(**{field: arrays[f"adam.{name}.{field}"] for field in ("mean", "square", "ages")})

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -16,19 +15,25 @@ from livecl.drawing import Drawing, concatenate, empty_drawing
 from livecl.errors import LiveclError
 from livecl.image import over_background
 from livecl.losses import xing_loss
-from livecl.optimizers import decayed
+from livecl.optimizers import decayed, settling
 from livecl.options import Options
 from livecl.placement import place_paths
 from livecl.rasterizer import DeviceImage, Gradients, Rasterizer
+from livecl.result import Result, Stage
+from livecl.revision import least_useful
 from livecl.schedule import parse_schedule
 from livecl.state import State
-from livecl.svg import format_svg, quantize, save_svg
+from livecl.svg import quantize
 
 #: Steps after which the numbers of lines that flatten the segments are looked at again.
 PIECES_PERIOD = 10
 #: Distance px between curve and lines that the distance weight is measured with: a fortieth of tau, where the weight
 #: falls to 0, and a quarter of the lines that the picture needs (docs/performance.md has what it costs and saves).
 DISTANCE_TOLERANCE = 0.25
+#: A revision takes out one path in so many, and is kept if it lowers the error by at least such a share.
+REVISED_SHARE, LEAST_IMPROVEMENT = 16, 0.002
+#: Revisions in a row that may fail.
+MAX_FAILURES = 3
 #: Steps over which the learning rate decays by the factor that the options name.
 DECAY_PERIOD = 500
 
@@ -40,7 +45,7 @@ class Step:
     Attributes
     ----------
     stage, num_stages : int
-        Stage under way, from 0 on, and how many there are.
+        Stage under way, from 0 on, and how many there are; revisions at the end count as stages, and may end early.
     iteration, iterations : int
         Steps of the stage done, and how many there are.
     paths : int
@@ -68,62 +73,6 @@ class Step:
         return self._vectorizer.mse(self.drawing)
 
 
-@dataclasses.dataclass(frozen=True)
-class Stage:
-    """Outcome of a stage: the drawing as it would be saved, its mean squared error, steps, seconds with placement."""
-
-    drawing: Drawing
-    mse: float
-    iterations: int
-    seconds: float
-
-    @property
-    def paths(self) -> int:
-        """Layers of the drawing."""
-        return self.drawing.num_layers
-
-
-@dataclasses.dataclass(frozen=True)
-class Result:
-    """Outcome of a run.
-
-    Attributes
-    ----------
-    drawing : Drawing
-        The drawing as it is saved: colours of 8 bits, coordinates rounded.
-    mse : float
-        Mean over pixels and RGB of the squared difference from the target, in the program's own render.
-    stages : tuple of Stage
-        Outcome of each stage.
-    seconds, compile_seconds : float
-        Time of the stages, and of making the kernels ready before.
-    device : str
-        The device that was used.
-    options : Options
-        Parameters of the method.
-    """
-
-    drawing: Drawing
-    mse: float
-    stages: tuple[Stage, ...]
-    seconds: float
-    compile_seconds: float
-    device: str
-    options: Options
-
-    @property
-    def svg(self) -> str:
-        """The drawing as SVG text."""
-        return format_svg(self.drawing)
-
-    def save_svg(self, path: str | os.PathLike[str]) -> None:
-        """Write the drawing as SVG, replacing an existing file atomically."""
-        save_svg(self.drawing, path)
-
-    def _repr_svg_(self) -> str:
-        return self.svg
-
-
 class Vectorizer:
     """A run that is under way: what is on the device, and the state that says where it stands.
 
@@ -148,7 +97,10 @@ class Vectorizer:
         self.rasterizer = Rasterizer(state.drawing.size, device)
         self._target = self.rasterizer.upload(image)
         self._ones = self.rasterizer.upload(np.ones(state.drawing.size))
-        self._distance_pieces = (state.pieces, state.pieces)  # of the picture, and of the distance weight made from them
+        self._distance_pieces = (
+            state.pieces,
+            state.pieces,
+        )  # of the picture, and of the distance weight made from them
 
     def mse(self, drawing: Drawing) -> float:
         """Return the mean over pixels and channels of the squared difference from the target."""
@@ -162,17 +114,51 @@ class Vectorizer:
         self.rasterizer.distance_weight_on_device(drawing, self.state.options.tau)
         self.rasterizer.loss_and_gradients(drawing, self._target, self._ones)
 
-    def begin_stage(self) -> None:
-        """Add the paths of the stage under way to the drawing."""
+    @property
+    def finished(self) -> bool:
+        """Whether all stages and revisions are done."""
+        state, options = self.state, self.state.options
+        rounds = state.stage - len(state.schedule)
+        return rounds >= options.revisions or (rounds >= 0 and state.failures >= MAX_FAILURES)
+
+    def begin(self) -> None:
+        """Place the paths of the stage, or of the revision, that is about to start."""
         state = self.state
-        if state.stage and state.options.variant == "released":
-            state.kept_weight = self._released_weight(state.drawing, state.stage - 1)
-        new = self._new_paths(state.schedule[state.stage], state.rng)
-        new = new.replace(stages=np.full(new.num_layers, state.stage))
-        state.drawing = concatenate(state.drawing, new)
-        state.points.extend(new.num_segments)
-        state.colors.extend(new.num_layers)
+        if state.stage >= len(state.schedule):
+            self._take_out()
+            count = self._revised()
+        else:
+            if state.stage and state.options.variant == "released":
+                state.kept_weight = self._released_weight(state.drawing, state.stage - 1)
+            count = state.schedule[state.stage]
+        new = self._new_paths(count, state.rng)
+        state.add(new.replace(stages=np.full(new.num_layers, min(state.stage, len(state.schedule) - 1))))
         state.pieces = self.rasterizer.pieces(state.drawing)
+
+    def end(self) -> None:
+        """Close the stage; of a revision, keep the better drawing."""
+        state = self.state
+        if state.fallback is not None:
+            if self.mse(state.drawing) < (1 - LEAST_IMPROVEMENT) * self.mse(state.fallback.drawing):
+                state.failures = 0
+            else:
+                state.restore(state.fallback)
+                state.pieces = self.rasterizer.pieces(state.drawing)
+                state.failures += 1
+            state.fallback = None
+        state.stage, state.iteration = state.stage + 1, 0
+
+    def _revised(self) -> int:
+        """Number of paths that a revision places anew."""
+        return max(1, sum(self.state.schedule) // REVISED_SHARE)
+
+    def _take_out(self) -> None:
+        """Remember the drawing, then remove its least useful layers; after failures, the next ones in that order."""
+        state, count = self.state, self._revised()
+        order = least_useful(state.drawing, self.rasterizer, self.target)
+        start = state.failures * count % max(1, len(order) - count + 1)
+        state.fallback = state.fall_back()
+        state.keep_layers(np.setdiff1d(np.arange(len(order)), order[start : start + count]))
 
     def step(self) -> float:
         """Do one iteration: loss, gradient, Adam. Returns the loss.
@@ -201,7 +187,13 @@ class Vectorizer:
 
     def _new_paths(self, count: int, rng: np.random.Generator) -> Drawing:
         image = self.rasterizer.forward(self.state.drawing)
-        return place_paths(self.target, image, count, self.state.options, rng)
+        return place_paths(self.target, image, count, self.state.options, rng, self._coverage)
+
+    def _coverage(self, shape: NDArray[np.float64]) -> NDArray[Any]:
+        """Coverage (H, W) of one closed path (s, 3, 2)."""
+        size = self.state.drawing.size
+        white = Drawing(points=shape, colors=[[1, 1, 1, 1]], size=size, background=(0, 0, 0))
+        return self.rasterizer.forward(white)[..., 0]
 
     def _choose_pieces(self) -> None:
         """Flatten finer where a segment has grown, and coarser where it has shrunk to a quarter."""
@@ -258,8 +250,10 @@ class Vectorizer:
         """One step of Adam; colours stay within [0, 1]."""
         state, options = self.state, self.state.options
 
+        settled = settling(state.iteration / options.iterations, options.settle)
+
         def rate(base: float, ages: NDArray[np.int64]) -> ArrayLike:
-            return base if options.decay == 1 else base * decayed(ages, options.decay, DECAY_PERIOD)
+            return base * settled * (1 if options.decay == 1 else decayed(ages, options.decay, DECAY_PERIOD))
 
         points = drawing.points + state.points.step(gradients.points, rate(options.learning_rate, state.points.ages))
         color_rate = rate(options.color_learning_rate, state.colors.ages)
@@ -357,26 +351,42 @@ def vectorize(
 
 
 def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = None) -> list[Stage]:
-    """Go on from the vectorizer's state to the end of its schedule, or until the callback stops it."""
+    """Go on from the vectorizer's state to the end of its schedule and revisions, or until the callback stops it.
+
+    Returns
+    -------
+    list of Stage
+        Outcome of each stage that was worked on; revisions count for the last stage.
+    """
     state = vectorizer.state
     outcomes: list[Stage] = []
     stopped = False
-    while state.stage < len(state.schedule) and not stopped:
+    while not vectorizer.finished and not stopped:
         start = time.perf_counter()
         first = state.iteration
         if first == 0:
-            vectorizer.begin_stage()
+            vectorizer.begin()
         while state.iteration < state.options.iterations and not stopped:
             loss = vectorizer.step()
             if on_step is not None:
-                place = (state.stage, len(state.schedule), state.iteration, state.options.iterations)
-                stopped = bool(on_step(Step(*place, state.drawing.num_layers, loss, vectorizer)))
-        seconds = time.perf_counter() - start
-        drawing = visible_layers(quantize(state.drawing))
-        outcomes.append(Stage(drawing, vectorizer.mse(drawing), state.iteration - first, seconds))
+                stopped = bool(on_step(_step_of(vectorizer, loss)))
+        steps, revision = state.iteration - first, state.stage >= len(state.schedule)
         if not stopped:
-            state.stage, state.iteration = state.stage + 1, 0
+            vectorizer.end()
+        seconds = time.perf_counter() - start
+        if revision and outcomes:
+            before = outcomes.pop()
+            steps, seconds = steps + before.iterations, seconds + before.seconds
+        drawing = visible_layers(quantize(state.drawing))
+        outcomes.append(Stage(drawing, vectorizer.mse(drawing), steps, seconds))
     return outcomes
+
+
+def _step_of(vectorizer: Vectorizer, loss: float) -> Step:
+    state = vectorizer.state
+    num_stages = len(state.schedule) + state.options.revisions
+    place = (state.stage, num_stages, state.iteration, state.options.iterations)
+    return Step(*place, state.drawing.num_layers, loss, vectorizer)
 
 
 def visible_layers(drawing: Drawing) -> Drawing:

@@ -40,7 +40,7 @@ def build(layers: Sequence[Layer], size: tuple[int, int], background: ArrayLike 
         points=np.concatenate(paths),
         colors=np.array([color for _, color in layers]),
         size=size,
-        background=background,  # type: ignore[arg-type]  # converted by Drawing
+        background=background,
         subpath_offsets=np.cumsum([0] + [len(path) for path in paths]).astype(np.int32),
         layer_offsets=np.cumsum([0] + [len(outlines) for outlines, _ in layers]).astype(np.int32),
     )

@@ -22,12 +22,11 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parent.parent)]
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from evaluation import runs as runs_module
 from evaluation.methods import METHODS, VTRACER, Method, parse_method
 from evaluation.plots import plot_error
-from evaluation.runs import Row, Run, execute_all, picture_name, plan
+from evaluation.runs import Row, Run, execute_all, picture_name, plan, source_digest
 from evaluation.sheets import write_sheets
 from evaluation.tables import format_summary, write_results
 
@@ -93,7 +92,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--method", action="append", default=[], metavar="NAME:KEY=VALUE,...", help="a further method, see below"
     )
     parser.add_argument("--separate", action="store_true", help="a run of its own for each number of paths")
-    parser.add_argument("--processes", type=positive, default=os.cpu_count(), metavar="N", help="runs at a time")
+    parser.add_argument("--processes", type=positive, default=os.cpu_count() or 1, metavar="N", help="runs at a time")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all runs (0)")
     parser.add_argument("--device", metavar="D", help="OpenCL device: index or part of its name")
     parser.add_argument("--reuse", action="store_true", help="keep finished runs of earlier states of the program, too")
@@ -172,7 +171,7 @@ def work(planned: Sequence[Run], processes: int, reuse: bool) -> tuple[list[Row]
             keys.append(key)
     say(f"{len(rows_of)} runs are done already, {len(missing)} to do")
     start = time.perf_counter()
-    for number, (run, outcome) in enumerate(execute_all(missing, keys, min(processes, len(missing))), start=1):
+    for number, (run, outcome) in enumerate(execute_all(missing, keys, processes), start=1):
         if isinstance(outcome, BaseException):
             line = f"{run.title}: {type(outcome).__name__}: {outcome}"
             failures.append(line)
@@ -188,7 +187,7 @@ def report(output: Path, rows: Sequence[Row], failures: Sequence[str], pictures:
     """Write tables, plot and contact sheets; print the summary and the failures."""
     facts = {
         "version": livecl.__version__,
-        "source": runs_module.source_digest(),
+        "source": source_digest(),
         "command": sys.argv,
         "failures": list(failures),
     }

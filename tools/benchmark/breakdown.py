@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where an iteration's time goes: on the device by kernel, on the host by step.
 
-The steps are timed from outside, by wrapping the functions named in `HOST_STEPS` while an iteration is measured; nothing
-in the package knows of it. A step's time is its own, without the steps it calls. Wrapping costs time itself: `overhead_ms`
-tells how much an iteration became longer.
+The steps are timed from outside, by wrapping the functions named in `HOST_STEPS` while an iteration is measured;
+nothing in the package knows of it. A step's time is its own, without the steps it calls. Wrapping costs time itself:
+`overhead_ms` tells how much an iteration became longer.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def wrapped(clock: Clock, steps: tuple[tuple[str, str, str], ...] = HOST_STEPS) 
 
 
 def host_steps(step: Callable[[], object], iterations: int = ITERATIONS) -> dict[str, Any]:
-    """Return the median ms of each host step in an iteration, the wrapping's cost, and which functions are not there."""
+    """Return the median ms of each host step in an iteration, the wrapping's cost, and the functions not found."""
     plain = _median_ms([_seconds(step) for _ in range(iterations)])
     whole, by_label = [], defaultdict(list)
     clock = Clock()

@@ -18,16 +18,16 @@ from livecl.vectorizer import Vectorizer
 UNIT = 2.0**-24
 #: Standard deviations of rounding allowed for, as in the tests.
 DEVIATIONS = 5
-#: A loss is a sum of squares: its relative error is that of a pixel's error, 2 x rounding / contrast, with contrasts of a
-#: hundredth and more, and of a sum in a fixed order of up to a million pixels, whose roundings add up like a root.
+#: A loss is a sum of squares: its relative error is that of a pixel's error, 2 x rounding / contrast, with contrasts of
+#: a hundredth and more, and of a sum in a fixed order of up to a million pixels, whose roundings add up like a root.
 LOSS_TOLERANCE = DEVIATIONS * UNIT * (2 * 100 + 1000)
 #: The distance weight of a step may be measured with coarser lines, a fortieth of tau away from the curve.
 STEP_LOSS_TOLERANCE = 1 / 40
 
 
-#: Where |A| of a pixel is within rounding of 0 or 1, the two precisions may disagree on whether the outline counts in it.
-#: That concerns a few control points at a time, and by no more than their outline's share in the pixel: apart from the worst
-#: twentieth of the entries only rounding is allowed for, and for the whole a hundredth of the norm.
+#: Where |A| of a pixel is within rounding of 0 or 1, the two precisions may disagree on whether the outline counts in
+#: it. That concerns a few control points at a time, and by no more than their outline's share in the pixel: apart from
+#: the worst twentieth of the entries only rounding is allowed for, and for the whole a hundredth of the norm.
 DOUBTFUL_SHARE, DOUBTFUL_TOLERANCE = 0.05, 0.01
 
 
@@ -44,11 +44,13 @@ def gradient_tolerance(side: int) -> float:
     return DEVIATIONS * UNIT * side * 10**0.5 * 2
 
 
-def check_step(image: NDArray[np.float32], state: State, device: int | str | None, *, exact: bool = True) -> dict[str, Any]:
+def check_step(
+    image: NDArray[np.float32], state: State, device: int | str | None, *, exact: bool = True
+) -> dict[str, Any]:
     """Check one iteration on a scene.
 
-    The float build's loss against NumPy's from the image it renders, its gradient against the double build's, and the loss
-    of a step against both parts of the paper's loss.
+    The float build's loss against NumPy's from the image it renders, its gradient against the double build's, and the
+    loss of a step against both parts of the paper's loss.
 
     Parameters
     ----------
@@ -77,7 +79,9 @@ def check_step(image: NDArray[np.float32], state: State, device: int | str | Non
     rendered = single.forward(drawing, pieces)
     weight = single.distance_weight(drawing, options.tau, pieces)
     loss, gradients = single.loss_and_gradients(drawing, image, weight, pieces, scale=1 / 3)
-    found = {"weight_sum": _within("sum of the distance weight", float(weight.sum(dtype=np.float64)), 1, LOSS_TOLERANCE)}
+    found = {
+        "weight_sum": _within("sum of the distance weight", float(weight.sum(dtype=np.float64)), 1, LOSS_TOLERANCE)
+    }
     error = rendered.astype(np.float64) - image
     recomputed = float(np.sum(weight[..., None].astype(np.float64) * error * error) / 3)
     found["loss"] = _within("loss, against NumPy's", loss, recomputed, LOSS_TOLERANCE)
@@ -108,7 +112,7 @@ def _within(what: str, value: float, wanted: float, tolerance: float) -> float:
 
 
 def _compare(found: Gradients, wanted: Gradients, tolerance: float) -> dict[str, float]:
-    """Return the errors of the points' and the colours' gradients over their norms, if both are within the tolerance."""
+    """Return the errors of the points' and the colours' gradients over their norms, where they are tolerable."""
     errors = {}
     for name in ("points", "colors"):
         exact = getattr(wanted, name)

@@ -116,7 +116,7 @@ def _samples(lines: FloatArray) -> FloatArray:
 
 
 def crossed_cells(lines: FloatArray, size: tuple[int, int]) -> int:
-    """Return how many pixels lines cross, each line by itself: borders crossed plus one; parts off the canvas left out."""
+    """Return how many pixels lines cross, each by itself: borders crossed plus one; parts off the canvas left out."""
     bound = np.array(size[::-1])
     start, end = np.clip(lines[:, :2], 0, bound), np.clip(lines[:, 2:], 0, bound)
     on_canvas = np.any(start != end, axis=1)

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from benchmark import breakdown
 from benchmark.calibration import REFERENCE_SUMS, MultiplyAdd
 from benchmark.cases import Case
+from benchmark.limit import REFERENCE_GFLOPS
 from benchmark.machine import peak_megabytes
 from benchmark.repeats import repeated
 from benchmark.startup import process_seconds
 from livecl.device import OpenDevice
 from livecl.options import Options
-from livecl.placement import place_paths
 from livecl.state import State
-from livecl.vectorizer import Result, Step, Vectorizer, vectorize
+from livecl.vectorizer import Result, Step, Vectorizer, run, vectorize
 
 Image = NDArray[np.float32]
 Answer = dict[str, Any]
@@ -34,8 +34,10 @@ WARM_UP = 3
 BREAKDOWN_SECONDS, FEWEST = 1.0, 3
 #: Repeats of whole runs and of processes.
 RUNS, PROCESSES = 3, 5
+#: What places paths, as in `breakdown.HOST_STEPS`.
+PLACEMENT = ("placement", "livecl.vectorizer", "place_paths")
 #: Mean squared errors whose time is told, and the iterations between two looks at the error.
-ERRORS, LOOK = (1e-2, 3e-3, 1e-3), 5
+ERRORS, LOOK = (2e-2, 1e-2, 5e-3), 10
 
 
 @dataclasses.dataclass(frozen=True)
@@ -69,21 +71,22 @@ def measure_step(case: Case, image: Image, scene: Path, machine: Machine, repeat
         "kernels": breakdown.kernels(step, iterations),
     }
     if case.picture != "covers":
-        answer["placement"] = _placement(vectorizer)
+        answer["placement"] = _placement(vectorizer, scene)
     return {**answer, "memory_mb": peak_megabytes()}
 
 
-def _placement(vectorizer: Vectorizer) -> Answer:
+def _placement(vectorizer: Vectorizer, scene: Path) -> Answer:
     """Time of placing the paths of the last stage once more, ms: what each stage does once."""
-    state = vectorizer.state
-    image = vectorizer.rasterizer.forward(state.drawing)
-    seconds = []
-    for _ in range(4):
-        start = time.perf_counter()
-        place_paths(vectorizer.target, image, state.schedule[-1], state.options, np.random.default_rng(0))
-        seconds.append(time.perf_counter() - start)
+    clock, seconds = breakdown.Clock(), []
+    with breakdown.wrapped(clock, (PLACEMENT,)):
+        for _ in range(4):
+            vectorizer.state = State.load(scene)
+            vectorizer.state.iteration = 0  # as if the stage began
+            run(vectorizer, on_step=lambda step: True)
+            seconds.append(clock.seconds.pop(PLACEMENT[0], np.nan))
+    paths = vectorizer.state.schedule[vectorizer.state.stage]
     # The first call imports what it needs.
-    return {"paths": state.schedule[-1], "first_ms": 1e3 * seconds[0], "median_ms": 1e3 * float(np.median(seconds[1:]))}
+    return {"paths": paths, "first_ms": 1e3 * seconds[0], "median_ms": 1e3 * float(np.median(seconds[1:]))}
 
 
 def course(
@@ -101,33 +104,39 @@ def measure_course(case: Case, image: Image, machine: Machine, repeats: int | No
         "time": found.summary(),
         "first_ms": 1e3 * first.seconds,
         "stages": [{"paths": stage.paths, "mse": stage.mse, "seconds": stage.seconds} for stage in first.stages],
-        "seconds_to_error": seconds_to_errors(case, image, machine.device),
+        "to_error": times_to_errors(case, image, machine),
         "memory_mb": peak_megabytes(),
     }
 
 
-def seconds_to_errors(case: Case, image: Image, device: int | str | None) -> dict[str, float | None]:
-    """Return the seconds of optimization until the error was down to each bound; None where it never was.
+def times_to_errors(case: Case, image: Image, machine: Machine) -> dict[str, dict[str, float] | None]:
+    """Return the time of optimization until the error was down to each bound, None where it never was.
 
-    Looking at the error costs a render; the clock stands still meanwhile.
+    In ms as measured, and at the reference rate. Looking at the error costs a render, and at the machine's rate a few
+    launches; the clock stands still meanwhile.
     """
-    reached: dict[float, float | None] = dict.fromkeys(ERRORS)
-    looking = 0.0
+    reached: dict[str, dict[str, float] | None] = dict.fromkeys(f"{bound:g}" for bound in ERRORS)
+    moments: list[tuple[float, float]] = []  # when the clock stood still, and until when
+    rates: list[float] = []
 
     def look(step: Step) -> None:
-        nonlocal looking
         if step.iteration % LOOK:
             return
         now = time.perf_counter()
         error = step.mse
-        for bound in ERRORS:
-            if reached[bound] is None and error <= bound:
-                reached[bound] = now - looking
-        looking += time.perf_counter() - now
+        rates.append(machine.rate())
+        for bound in reached:
+            if reached[bound] is None and error <= float(bound):
+                measured = 1e3 * (now - sum(end - begin for begin, end in moments))
+                reached[bound] = {"ms": measured, "gflops": float(np.mean(rates))}
+        moments.append((now, time.perf_counter()))
 
     start = time.perf_counter()
-    start += course(case, image, device, look).compile_seconds
-    return {f"{bound:g}": None if moment is None else moment - start for bound, moment in reached.items()}
+    start += course(case, image, machine.device, look).compile_seconds
+    for found in filter(None, reached.values()):
+        found["ms"] -= 1e3 * start
+        found["scaled_ms"] = found["ms"] * found.pop("gflops") / REFERENCE_GFLOPS
+    return reached
 
 
 def measure_process(case: Case, root: Path, machine: Machine, repeats: int | None) -> Answer:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmark.calibration import REFERENCE_GFLOPS
+from benchmark.limit import REFERENCE_GFLOPS
 
 #: Repeats are made until this many seconds are over, within these numbers.
 SECONDS, FEWEST, MOST = 2.0, 5, 1000

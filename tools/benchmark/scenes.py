@@ -17,8 +17,8 @@ from livecl.schedule import parse_schedule
 from livecl.state import State
 from livecl.vectorizer import Vectorizer, run
 
-#: Iterations of each stage of the run that makes a scene. With 20, 60 and 150, the layers of 256 paths on the photograph
-#: have a median side of 41, 40 and 41 px, and are flattened into 30, 34 and 38 thousand lines.
+#: Iterations of each stage of the run that makes a scene. With 20, 60 and 150, 256 paths on the photograph have a
+#: median side of 41, 40 and 41 px, and are flattened into 30, 34 and 38 thousand lines.
 ITERATIONS = 40
 ROOT = Path(__file__).resolve().parents[2]
 #: The paper's emoji stands in for any: this one is the repository's own.
@@ -55,17 +55,16 @@ def picture(name: str, side: int, photo: str | None = None) -> NDArray[np.float3
 
 
 def made(case: Case, image: NDArray[np.float32], device: int | str | None = None) -> State:
-    """Return the state of a run after its last stage, from where it can go on."""
+    """Return the state of a run after the last iteration of its last stage, from where it can go on."""
     if case.picture == "covers":
         return State.start(covers(case.paths, case.side), Options.paper(), (case.paths,), 0)
     options = Options.paper(iterations=ITERATIONS)
     stages = parse_schedule(case.schedule, case.paths)
     start = State.start(empty_drawing((case.side, case.side), options.background_color()), options, stages, 0)
     vectorizer = Vectorizer(image, start, device)
-    run(vectorizer)
-    state = vectorizer.state
-    state.stage, state.iteration = len(stages) - 1, ITERATIONS
-    return state
+    # Stopped at the very last iteration, the state is still within its stage.
+    run(vectorizer, on_step=lambda step: (step.stage + 1, step.iteration) == (len(stages), ITERATIONS))
+    return vectorizer.state
 
 
 def covers(num_layers: int, side: int) -> Drawing:

@@ -72,7 +72,8 @@ def first_iteration_seconds(root: Path, device: str | None, *, cold: bool) -> fl
         ended = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
         seconds = time.perf_counter() - start
         if ended.returncode:
-            raise CheckError(f"tools/vectorize.py ended with {ended.returncode}: {ended.stderr.strip()}")
+            reason = ended.stderr.strip().splitlines()[-1:] or ["no message"]
+            raise CheckError(f"tools/vectorize.py ended with {ended.returncode}: {reason[0]}")
         if output.read_text(encoding="utf-8").count("<path") != 1:
             raise CheckError("tools/vectorize.py did not write a drawing of one path")
     return seconds

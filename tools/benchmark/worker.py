@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a subprocess does for the benchmark: one request, one answer.
 
-Every case is measured in a process of its own, so that its memory is its own, and so that the package of another checkout
-can be measured by the same code. A scene is made and checked in other processes than the one that is timed.
+Every case is measured in a process of its own, so that its memory is its own, and so that the package of another
+checkout can be measured by the same code. A scene is made and checked in other processes than the one that is timed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Answer = dict[str, Any]
 
 
 def main(text: str) -> None:
-    """Answer a request given as JSON; the answer is written as JSON. A failed check is an answer, other errors end it."""
+    """Answer a request given as JSON, in JSON. A failed check is an answer; other errors end the process."""
     request = Request.from_json(text)
     root = Path(request.root).resolve()
     sys.path.insert(0, str(root))
@@ -105,11 +105,12 @@ def measure(request: Request) -> Answer:
 def counted(stages: list[tuple[Drawing, int]], tau: float) -> Answer:
     """Return the counts of the last drawing, its operations, and the floor of so many iterations on each drawing."""
     from benchmark.counts import counts
-    from benchmark.floor import Floor, floor, operations
+    from benchmark.floor import floor, operations
+    from benchmark.limit import Floor
     from livecl.bezier import pieces_for
     from livecl.rasterizer import TOLERANCE
 
-    total = Floor(0, 0)
+    total = Floor(0, 0, 0)
     for drawing, iterations in stages:
         scene = counts(drawing, pieces_for(drawing.cubics, TOLERANCE), tau)
         total += floor(scene).times(iterations)

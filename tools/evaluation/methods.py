@@ -52,13 +52,14 @@ class Method:
 
     def options(self) -> Options:
         """Return livecl's options; ValueError if there are none such."""
+        known = [field.name for field in dataclasses.fields(Options)]
+        if unknown := set(self.changes) - set(known):
+            raise ValueError(
+                f"method {self.name}: no option {', '.join(sorted(unknown))}; there are {', '.join(known)}"
+            )
         try:
             return PRESETS[self.preset](**self.changes)
-        except TypeError:
-            known = {field.name for field in dataclasses.fields(Options)}
-            unknown = ", ".join(sorted(set(self.changes) - known))
-            raise ValueError(f"method {self.name}: no option {unknown}; there are {', '.join(sorted(known))}") from None
-        except ValueError as error:
+        except (TypeError, ValueError) as error:
             raise ValueError(f"method {self.name}: {error}") from None
 
     def check(self) -> None:

@@ -21,11 +21,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from evaluation.measures import FloatImage, measure
-from evaluation.methods import VTRACER, Method, schedule_through
 from PIL import Image
 
 import livecl
+from evaluation.measures import FloatImage, measure
+from evaluation.methods import VTRACER, Method, schedule_through
 from livecl import vectorizer
 from livecl.files import write_atomically
 from livecl.image import over_background, read_image
@@ -162,7 +162,7 @@ def plan(
     One run with stages serves all numbers, unless each is to be run separately; a method of one stage needs a run for
     each; VTracer chooses its number itself, and runs once.
     """
-    runs = []
+    runs: list[Run] = []
     for picture, method in itertools.product(pictures, methods):
         if method.preset == VTRACER:
             asked: list[tuple[int, ...]] = [()]
@@ -181,10 +181,7 @@ def execute(run: Run, key: Row) -> list[Row]:
     """Do a run: SVG files, then their measures in a JSON file that says that all is done. Returns the rows."""
     shutil.rmtree(run.folder, ignore_errors=True)
     run.folder.mkdir(parents=True)
-    if run.method.preset == VTRACER:
-        rows = _trace(run)
-    else:
-        rows = _vectorize(run, run.method.options())
+    rows = _trace(run) if run.method.preset == VTRACER else _vectorize(run, run.method.options())
     write_atomically(run.folder / _RESULT, json.dumps({"key": key, "rows": rows}, indent=1, allow_nan=False) + "\n")
     return rows
 
@@ -194,8 +191,8 @@ def execute_all(
 ) -> Iterator[tuple[Run, list[Row] | BaseException]]:
     """Do runs in several processes, and yield each with its rows, or with what made it fail.
 
-    A process that dies takes its pool along. What was left then is done again, each run in a process of its own, so that
-    only the one that kills its process fails.
+    A process that dies takes its pool along. What was left then is done again, each run in a process of its own, so
+    that only the one that kills its process fails.
     """
     left = []
     with _pool(processes) as pool:
@@ -241,7 +238,7 @@ def _vectorize(run: Run, options: Options) -> list[Row]:
     asked_after = list(itertools.accumulate(run.schedule))
     rows = []
     for count in run.counts:
-        # A run that ends before its schedule does has reached what it can: its last drawing stands for all that follows.
+        # A run that ends before its schedule does has reached what it can: its last drawing stands for what follows.
         stage = min(asked_after.index(count), len(drawings) - 1)
         extra = {
             "seconds": seconds[stage],

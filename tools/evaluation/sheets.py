@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from evaluation.measures import resvg_picture
 from PIL import Image, ImageDraw, ImageFont
 
+from evaluation.measures import resvg_picture
 from livecl.crossings import flatten
 from livecl.drawing import Drawing
 from livecl.files import write_atomically
@@ -23,7 +23,7 @@ from livecl.svg import read_svg
 
 #: Longest side of a picture, px; pictures of a sheet; stages shown before the final one.
 CELL, ROWS, EARLIER = 200, 8, 4
-_MARGIN, _LINE = 8, 16
+_MARGIN, _LINE = 8, 18
 #: Outlines are drawn so much larger, then made smaller, which smooths them.
 _FINER = 3
 #: Turn of hue between layers: the golden section, so that neighbours differ.

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The paper's component-wise path initialization, steps a-d: the largest components of the colour difference."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.options import Options
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclasses.dataclass(frozen=True)
+class Place:
+    """Where a path starts: its centre (x, y) px, a pixel (row, column) there, and the component's pixels, if any."""
+
+    center: FloatArray
+    pixel: IntArray
+    mask: BoolArray | None = None
+
+
+def component_places(target: NDArray[Any], image: NDArray[Any], count: int, options: Options) -> list[Place]:
+    """Return the largest components of the error; where they run out, the places of largest error."""
+    difference = np.abs(target - image).sum(axis=-1, dtype=np.float64)  # step a
+    if options.variant == "released":
+        difference = np.square(target - image).sum(axis=-1, dtype=np.float64)
+    labels, bins = components(difference, options)
+    places = [_component_place(labels == component) for component in _ranked(labels, bins, options)[:count]]
+    taken = [place.pixel for place in places]
+    for pixel in _largest_errors(difference, taken, count - len(places), 2 * options.radius):
+        places.append(Place(pixel[::-1] + 0.5, pixel))
+    return places
+
+
+def components(difference: FloatArray, options: Options) -> tuple[IntArray, IntArray]:
+    """Return the 4-connected components of pixels whose differences fall into one bin, and the bins (steps b-c).
+
+    Returns
+    -------
+    ((H, W) int, (H, W) int)
+        Label of each pixel and its bin, both from 1 on; 0 where the difference is under the threshold.
+    """
+    from skimage.measure import label
+
+    wanted = difference >= options.color_threshold
+    if not wanted.any():
+        return np.zeros(difference.shape, np.int64), np.zeros(difference.shape, np.int64)
+    # Bins of equal population: among the differences left, or (the released program) among all, the small ones being 0.
+    population = np.where(wanted, difference, 0.0) if options.variant == "released" else difference[wanted]
+    edges = np.unique(np.quantile(population, np.linspace(0, 1, options.bins + 1)))[1:-1]
+    bins = np.where(wanted, np.digitize(difference, edges) + 1, 0)
+    return label(bins, background=0, connectivity=1), bins
+
+
+def _ranked(labels: IntArray, bins: IntArray, options: Options) -> list[int]:
+    """Labels in the order in which they are taken: the largest first; `released`: of the bin that is fullest by then."""
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    by_size = [int(i) for i in np.argsort(-sizes, kind="stable") if sizes[i]]
+    if options.variant == "paper":
+        return by_size
+    bin_of = np.zeros(len(sizes), np.int64)
+    bin_of[labels.ravel()] = bins.ravel()
+    left = np.bincount(bin_of, weights=sizes)
+    ranked: list[int] = []
+    queues = {b: [i for i in by_size if bin_of[i] == b] for b in np.unique(bin_of[by_size])}
+    while queues:
+        fullest = max(queues, key=lambda b: left[b])
+        ranked.append(queues[fullest].pop(0))
+        left[fullest] -= sizes[ranked[-1]]
+        if not queues[fullest]:
+            del queues[fullest]
+    return ranked
+
+
+def _component_place(mask: BoolArray) -> Place:
+    """Centre of mass of a component, or the centre of its own pixel nearest to it where it lies outside (step d)."""
+    members = np.argwhere(mask)
+    mean = members.mean(axis=0, dtype=np.float64)
+    pixel = np.floor(mean + 0.5).astype(np.int64)
+    if mask[tuple(pixel)]:
+        return Place(mean[::-1] + 0.5, pixel, mask)
+    nearest = members[np.argmin(np.square(members - mean).sum(axis=1))]
+    return Place(nearest[::-1] + 0.5, nearest, mask)
+
+
+def _largest_errors(difference: FloatArray, taken: list[IntArray], count: int, apart: float) -> list[IntArray]:
+    """Pixels of the largest difference, each at least `apart` px from the others while there is room."""
+    rows, columns = np.indices(difference.shape)
+    left = difference.copy()
+
+    def leave_out(pixel: IntArray) -> None:
+        left[np.hypot(rows - pixel[0], columns - pixel[1]) < apart] = -1.0
+
+    for pixel in taken:
+        leave_out(pixel)
+    found: list[IntArray] = []
+    for _ in range(count):
+        if left.max() < 0:
+            left[:] = difference
+        found.append(np.array(np.unravel_index(np.argmax(left), left.shape)))
+        leave_out(found[-1])
+    return found

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a run leaves: the drawing, and the course of its stages."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+
+from livecl.drawing import Drawing
+from livecl.options import Options
+from livecl.svg import format_svg, save_svg
+
+
+@dataclasses.dataclass(frozen=True)
+class Stage:
+    """Outcome of a stage: the drawing as it would be saved, its mean squared error, steps, seconds with placement."""
+
+    drawing: Drawing
+    mse: float
+    iterations: int
+    seconds: float
+
+    @property
+    def paths(self) -> int:
+        """Layers of the drawing."""
+        return self.drawing.num_layers
+
+
+@dataclasses.dataclass(frozen=True)
+class Result:
+    """Outcome of a run.
+
+    Attributes
+    ----------
+    drawing : Drawing
+        The drawing as it is saved: colours of 8 bits, coordinates rounded.
+    mse : float
+        Mean over pixels and RGB of the squared difference from the target, in the program's own render.
+    stages : tuple of Stage
+        Outcome of each stage.
+    seconds, compile_seconds : float
+        Time of the stages, and of making the kernels ready before.
+    device : str
+        The device that was used.
+    options : Options
+        Parameters of the method.
+    """
+
+    drawing: Drawing
+    mse: float
+    stages: tuple[Stage, ...]
+    seconds: float
+    compile_seconds: float
+    device: str
+    options: Options
+
+    @property
+    def svg(self) -> str:
+        """The drawing as SVG text."""
+        return format_svg(self.drawing)
+
+    def save_svg(self, path: str | os.PathLike[str]) -> None:
+        """Write the drawing as SVG, replacing an existing file atomically."""
+        save_svg(self.drawing, path)
+
+    def _repr_svg_(self) -> str:
+        return self.svg
