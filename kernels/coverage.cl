@@ -134,7 +134,7 @@ inline real cell_gradient(Cells cells, int column, int row, real direction)
     if (a == 0) slope = direction;                                    // |A| can only grow
     if (size > 1 + SNAP) slope = 0;                                   // saturated
     if (size >= 1 - SNAP && a * direction > 0) slope = 0;             // about to be
-    if (size == 1 && direction == 0) slope /= 2;                      // mean of both directions
+    if (fabs(size - 1) <= 16 * REAL_EPSILON && direction == 0) slope /= 2;  // mean of both directions
     return slope * cells.d_coverage[index];
 }
 

@@ -18,7 +18,7 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, get_args, get_type_hints
 
 from livecl import __version__
 from livecl.errors import DeviceError, ImageError, LiveclError
@@ -37,7 +37,17 @@ DEFAULT_PATHS = 8
 #: Seconds between two renders for the error that the progress bar shows.
 MSE_INTERVAL = 0.5
 #: The arguments that are fields of `Options` under the same name.
-OPTION_NAMES = ("iterations", "segments", "loss", "xing_weight", "placement", "shape", "background")
+OPTION_NAMES = (
+    "iterations",
+    "segments",
+    "max_segments",
+    "loss",
+    "xing_weight",
+    "placement",
+    "shape",
+    "revisions",
+    "background",
+)
 
 DESCRIPTION = "Turn a picture into a layered SVG of few closed Bézier paths."
 EPILOG = """\
@@ -114,6 +124,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
+    from livecl.options import PRESETS, Options
+
     parser = _Parser(
         prog="livecl",
         description=DESCRIPTION,
@@ -122,23 +134,31 @@ def build_parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     add = parser.add_argument
+    choices = {name: get_args(hint) for name, hint in get_type_hints(Options).items()}
     add("input", metavar="IN", nargs="?", help="the picture: PNG, JPEG or another file that Pillow reads")
     add("-o", "--output", metavar="OUT.svg", help="the SVG to write; required, unless devices are listed")
     add("--paths", type=_whole(1), metavar="N", help=f"number of paths, at most (default: {DEFAULT_PATHS})")
     add("--schedule", metavar="LIST", help="paths that each stage adds, as 1,1,2, or exp: 1, 2, 4 ... 32, 32 ...")
     add(
         "--preset",
-        choices=("default", "paper", "released", "diffvg"),
+        choices=tuple(PRESETS),
         default="default",
         help="default: what measures best; paper: exactly the published text; released: the authors' program; diffvg: "
         "the paper's comparison, random paths in one stage; the options below change single points of it",
     )
     add("--iterations", type=_whole(1), metavar="N", help="iterations of each stage")
     add("--segments", type=_whole(1), metavar="N", help="cubic segments of each path")
-    add("--loss", choices=("udf", "mse"), help="pixel loss weighted near the outlines, or plain mean squared error")
+    add("--max-segments", type=_whole(1), metavar="N", help="most segments of a path that is fitted to a region")
+    add("--loss", choices=choices["loss"], help="pixel loss weighted near the outlines, or plain mean squared error")
     add("--xing-weight", type=_weight, metavar="X", help="weight of the loss against self-crossing")
-    add("--placement", choices=("component", "random"), help="where new paths start: where the error is, or anywhere")
-    add("--shape", choices=("circle", "random"), help="what new paths start as")
+    add(
+        "--placement",
+        choices=choices["placement"],
+        help="where new paths start: on the regions that matter most, on the largest components of the error (the "
+        "paper's rule), or anywhere (then as circles, unless --shape says otherwise)",
+    )
+    add("--shape", choices=choices["shape"], help="what new paths start as")
+    add("--revisions", type=_whole(0), metavar="N", help="rounds at the end that place the least useful paths anew")
     add("--background", type=_background, metavar="COLOR", help="white, #rrggbb, or train to learn it")
     add("--seed", type=_whole(0), default=0, metavar="N", help="seed of all random choices (default: 0)")
     add("--device", metavar="D", help="OpenCL device: its index or a part of its name (default: $LIVECL_DEVICE)")
@@ -235,9 +255,12 @@ def _checked_schedule(arguments: argparse.Namespace) -> tuple[int, ...]:
 def _checked_options(arguments: argparse.Namespace) -> Options:
     from livecl.options import PRESETS
 
+    make = PRESETS[arguments.preset]
     given = {name: getattr(arguments, name) for name in OPTION_NAMES if getattr(arguments, name) is not None}
+    if arguments.placement == "random" and make().shape == "outline":  # there is no region to fit an outline to
+        given.setdefault("shape", "circle")
     try:
-        return PRESETS[arguments.preset](**given)
+        return make(**given)
     except ValueError as error:
         raise _BadInputError(str(error)) from error
 
@@ -363,13 +386,14 @@ class _Progress:
 
         width, height = shutil.get_terminal_size()  # a size also where the terminal has none
         self._bar: tqdm[NoReturn] = tqdm(
-            total=len(job.schedule) * job.options.iterations,
+            total=(len(job.schedule) + job.options.revisions) * job.options.iterations,
             disable=True if job.quiet else None,
             unit="it",
             ncols=width - 1,
             nrows=height,
             leave=False,
         )
+        self._num_stages = len(job.schedule)
         self._next_mse = 0.0
         self._mse = ""
 
@@ -387,7 +411,9 @@ class _Progress:
         if now >= self._next_mse:
             self._next_mse = now + MSE_INTERVAL
             self._mse = f"{step.mse:.3g}"
-        self._bar.set_description(f"stage {step.stage + 1}/{step.num_stages}", refresh=False)
+        revision = step.stage - self._num_stages
+        text = f"stage {step.stage + 1}/{self._num_stages}" if revision < 0 else f"revision {revision + 1}"
+        self._bar.set_description(text, refresh=False)
         self._bar.set_postfix_str(f"paths {step.paths}, MSE {self._mse}", refresh=False)
         self._bar.update(step.stage * step.iterations + step.iteration - self._bar.n)
 

@@ -59,7 +59,7 @@ def components(difference: FloatArray, options: Options) -> tuple[IntArray, IntA
 
 
 def _ranked(labels: IntArray, bins: IntArray, options: Options) -> list[int]:
-    """Labels in the order in which they are taken: the largest first; `released`: of the bin that is fullest by then."""
+    """Labels in the order they are taken in: the largest first; `released`: of the bin that is fullest by then."""
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
     by_size = [int(i) for i in np.argsort(-sizes, kind="stable") if sizes[i]]

@@ -13,7 +13,7 @@ from livecl.device import OpenDevice
 from livecl.errors import DeviceError
 from livecl.program import build_kernels, kernel_parameters
 
-#: Work-items in a work-group. A CPU runs a group's items one after the other, and private arrays count for each of them.
+#: Work-items in a work-group. A CPU runs them one after the other, and needs private arrays for each of them.
 LOCAL_SIZE_CPU, LOCAL_SIZE_GPU = 1, 32
 
 
@@ -74,10 +74,9 @@ class Launcher:
                 value = self._dtype.type(value)
             elif isinstance(value, (int, np.integer)):  # bool too
                 value = np.int32(value)
-            if name in self._values and isinstance(value, (np.generic, np.ndarray)):
-                if np.array_equal(self._values[name], value):
-                    continue
-            self._values[name] = value
+            numeric = isinstance(value, (np.generic, np.ndarray))
+            if not (numeric and name in self._values and np.array_equal(self._values[name], value)):
+                self._values[name] = value
 
     def write(self, name: str, values: NDArray[Any]) -> None:
         """Copy an array into the buffer of that name, without waiting."""

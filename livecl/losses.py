@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Xing loss with its gradient.
 
-The other half of the loss, the squared error under the distance weight (eq. 1-2), is computed where the picture is, on the
-device: kernels/distance.cl (weight) and kernels/composite.cl (error and gradient).
+The other half of the loss, the squared error under the distance weight (eq. 1-2), is computed on the device, where the
+picture is: kernels/distance.cl (weight) and kernels/composite.cl (error and gradient).
 """
 
 from __future__ import annotations

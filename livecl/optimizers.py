@@ -78,5 +78,5 @@ def decayed(ages: NDArray[np.int64], factor: float, period: int) -> FloatArray:
 
 
 def settling(progress: float, left: float) -> float:
-    """Return the share of the learning rate at a point of a stage: 1 in its first half, then straight down to `left`."""
+    """Return the share of the learning rate at a point of a stage: 1 at first, from the middle on down to `left`."""
     return 1 - (1 - left) * max(0.0, 2 * progress - 1)

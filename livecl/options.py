@@ -34,6 +34,8 @@ class Options:
         Share of the learning rates left at the end of a stage, in whose second half they fall; 1 to keep them.
     revisions : int
         Rounds, at the end, that take out the least useful paths and place them anew, kept if the error falls.
+    untangle : bool
+        Whether outlines that cross themselves lose their loops in the course of a stage.
     background : str
         "white", "#rrggbb", or "train" to start from white and train it.
     radius : float
@@ -68,6 +70,7 @@ class Options:
     shape: Literal["outline", "circle", "random"] = "outline"
     settle: float = 0.1
     revisions: int = 12
+    untangle: bool = True
     background: str = "white"
     radius: float = 5.0
     tau: float = 10.0
@@ -138,6 +141,7 @@ _PAPER: dict[str, Any] = {
     "shape": "circle",
     "settle": 1.0,
     "revisions": 0,
+    "untangle": False,
     "background": "white",
     "radius": 5.0,
     "tau": 10.0,

@@ -49,8 +49,8 @@ def fit_outline(polyline: FloatArray, segments: int) -> FloatArray:
     """Return the closed path that follows a closed polyline best: (s, 3, 2) px.
 
     Anchors lie on the polyline, evenly along its length; the two handles of each segment are the least-squares fit to
-    the polyline between, its length being the parameter (linear, as a cubic is linear in its control points). Of several
-    places for the first anchor the best is taken.
+    the polyline between, its length being the parameter (a linear problem, as a cubic is linear in its control points).
+    Of several places for the first anchor the best is taken.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the next paths start, what they look like, and in which colour.
 
-`component` is the paper's component-wise path initialization, steps a-d; `region` takes the regions whose painting would
-remove most error, judged by the coverage of the very path that would be added.
+`component` is the paper's component-wise path initialization, steps a-d; `region` takes the regions whose painting
+would remove most error, judged by the coverage of the very path that would be added.
 """
 
 from __future__ import annotations

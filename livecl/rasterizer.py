@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The differentiable rasterizer: a drawing to an image, and a loss's gradient back to the drawing, on an OpenCL device."""
+"""The differentiable rasterizer: from a drawing to an image, and from a loss's gradient back to the drawing."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Blur of the target, px, and levels that each channel is then sorted into: from flat regions to the blobs of photographs.
+#: Blur of the target, px, and levels that each channel is then sorted into: from flat regions to blobs of photographs.
 TARGET_LEVELS = ((0.0, 4), (0.0, 8), (1.0, 8), (2.0, 6), (4.0, 6))
 #: Levels per unit that the difference from the target is rounded to, in each channel.
 DIFFERENCE_LEVELS = (4, 8)

@@ -116,9 +116,9 @@ class Scene:
     def _place(self, scope: str, outlines: _Outlines, margin: float) -> Spans:
         """Lay out the spans, unless every layer is still inside the boxes laid out last."""
         tight, boxes = self.grid.boxes(self._bounds, margin), outlines.boxes
-        if outlines.spans is not None and boxes is not None:
-            if (tight[:, :2] >= boxes[:, :2]).all() and (tight[:, 2:] <= boxes[:, 2:]).all():
-                return outlines.spans
+        inside = boxes is not None and (tight[:, :2] >= boxes[:, :2]).all() and (tight[:, 2:] <= boxes[:, 2:]).all()
+        if inside and outlines.spans is not None:
+            return outlines.spans
         outlines.boxes = self.grid.boxes(self._bounds, margin + SLACK)
         spans = outlines.spans = plan_spans(outlines.boxes, self.grid.num_strips, self.max_tiles)
         for name in ("spans", "strip_offsets", "layer_strips", "layer_spans"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the canvas is cut into strips and tiles, and which of them each layer may touch: the host's side of kernels/common.h.
+"""How the canvas is cut into strips and tiles, and which of them layers may touch: the host's side of common.h.
 
 A strip is `lanes` rows, a tile TILE columns of a strip. A span is the row of tiles where a layer's box meets a strip.
 """
@@ -163,7 +163,7 @@ def plan_spans(boxes: IntArray, num_strips: int, max_tiles: int) -> Spans:
 
 
 def _cut(tiles_before: NDArray[Any], max_tiles: int) -> NDArray[Any]:
-    """Cut strips into runs of at most `max_tiles` tiles, at least one strip each: the first strips of the runs, and the end."""
+    """Cut strips into runs of at most `max_tiles` tiles, or one strip: the first strips of the runs, and the end."""
     num_strips = len(tiles_before) - 1
     cuts = [0]
     while cuts[-1] < num_strips:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -24,12 +25,15 @@ from livecl.revision import least_useful
 from livecl.schedule import parse_schedule
 from livecl.state import State
 from livecl.svg import quantize
+from livecl.untangle import untangle
 
 #: Steps after which the numbers of lines that flatten the segments are looked at again.
 PIECES_PERIOD = 10
 #: Distance px between curve and lines that the distance weight is measured with: a fortieth of tau, where the weight
 #: falls to 0, and a quarter of the lines that the picture needs (docs/performance.md has what it costs and saves).
 DISTANCE_TOLERANCE = 0.25
+#: Steps between two looks for outlines that cross themselves.
+UNTANGLE_PERIOD = 25
 #: A revision takes out one path in so many, and is kept if it lowers the error by at least such a share.
 REVISED_SHARE, LEAST_IMPROVEMENT = 16, 0.002
 #: Revisions in a row that may fail.
@@ -183,6 +187,8 @@ class Vectorizer:
             raise LiveclError(f"loss or gradient is not finite in stage {state.stage + 1}, step {state.iteration + 1}")
         self._move(drawing, gradients)
         state.iteration += 1
+        if options.untangle and self._untangles_now():
+            self._untangle()
         return loss
 
     def _new_paths(self, count: int, rng: np.random.Generator) -> Drawing:
@@ -194,6 +200,22 @@ class Vectorizer:
         size = self.state.drawing.size
         white = Drawing(points=shape, colors=[[1, 1, 1, 1]], size=size, background=(0, 0, 0))
         return self.rasterizer.forward(white)[..., 0]
+
+    def _untangles_now(self) -> bool:
+        """Now and then in the second half of a stage, when paths have found their places, and after its last step."""
+        iteration, iterations = self.state.iteration, self.state.options.iterations
+        return iteration == iterations or (2 * iteration > iterations and iteration % UNTANGLE_PERIOD == 0)
+
+    def _untangle(self) -> None:
+        """Take the loops out of all outlines; what moves starts with moments of 0."""
+        state, drawing = self.state, self.state.drawing
+        points, cubics = drawing.points.copy(), drawing.cubics
+        for first, end in itertools.pairwise(drawing.subpath_offsets):
+            points[first:end] = untangle(cubics[first:end])[:, :3]
+        moved = (points != drawing.points).any(axis=(1, 2))
+        if moved.any():
+            state.points.mean[moved] = 0
+            state.drawing = drawing.moved(points, drawing.colors, drawing.background)
 
     def _choose_pieces(self) -> None:
         """Flatten finer where a segment has grown, and coarser where it has shrunk to a quarter."""
@@ -235,7 +257,7 @@ class Vectorizer:
         return weight if state.kept_weight is None else np.minimum(weight + state.kept_weight, 1)
 
     def _xing(self, drawing: Drawing) -> tuple[float, NDArray[np.float64]]:
-        """Xing loss and its gradient for (anchor, handle, handle): of all paths, or of the newest (released program)."""
+        """Xing loss and its gradient by (anchor, handle, handle): of all paths, or the newest (released program)."""
         cubics = drawing.cubics
         first = 0
         if self.state.options.variant == "released":

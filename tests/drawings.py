@@ -333,7 +333,8 @@ BORDER_CASES: dict[str, Callable[[], Case]] = {
     "doubled in one layer": _border([([_SQUARE, _SQUARE], RED_GLASS)]),
     "one inside another on a common border": _border([([_SQUARE, rectangle(3, 6, 7, 9)], RED_GLASS)]),
     "doubled, cutting pixels in half": _border([([_DIAMOND, _DIAMOND], RED_GLASS)]),
-    "flat on a border": _border([([polygon([(5, 3), (5, 12)])], RED_GLASS), ([_SQUARE_LEFT], BLUE_GLASS)]),
+    "doubled, cutting pixels in half, in pieces": _border([([_DIAMOND, _DIAMOND], RED_GLASS)], pieces=3),
+    "flat rectangle on a border": _border([([rectangle(5, 3, 5, 12)], RED_GLASS), ([_SQUARE_LEFT], BLUE_GLASS)]),
     "curve with a side on a border": _border(
         [([np.array([[(4, 4), (7, 4), (9, 4)], [(12, 4), (15.3, 9.2), (1.7, 12.6)]], dtype=np.float64)], RED_GLASS)],
         pieces=6,

@@ -72,6 +72,7 @@ def test_quiet(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_json(folder: Path) -> None:
     arguments = ["in.png", "-o", "out.svg", "--json", "out.json", "--schedule", "1,2", "--iterations", "3"]
+    arguments += ["--preset", "paper"]
     assert (
         cli.main([*arguments, "--seed", "7", "--segments", "3", "--xing-weight", "0.5", "--background", "#ff8000"]) == 0
     )
@@ -147,6 +148,14 @@ def test_presets(folder: Path, preset: str) -> None:
     expected = vars(PRESETS[preset](iterations=2, shape="random"))
     assert {name: report["options"][name] for name in expected} == expected
     assert report["options"]["schedule"] == ([3] if preset == "diffvg" else [1, 2])
+
+
+def test_random_placement_starts_as_circles(folder: Path) -> None:
+    arguments = ["in.png", "-o", "out.svg", "--json", "out.json", *SHORT, "--placement", "random"]
+    for more, shape in (([], "circle"), (["--shape", "random"], "random"), (["--preset", "diffvg"], "random")):
+        assert cli.main([*arguments, *more]) == 0
+        assert json.loads(Path("out.json").read_text())["options"]["shape"] == shape
+    assert cli.main([*arguments, "--shape", "outline"]) == 2
 
 
 def test_schedules(folder: Path) -> None:
@@ -242,6 +251,8 @@ def make_bad_inputs(folder: Path) -> None:
         ("in.png -o out.svg --segments -1", "--segments: got '-1'"),
         ("in.png -o out.svg --iterations 0", "--iterations: got '0'"),
         ("in.png -o out.svg --iterations -1", "--iterations: got '-1'"),
+        ("in.png -o out.svg --max-segments 0", "--max-segments: got '0'"),
+        ("in.png -o out.svg --revisions -1", "--revisions: got '-1'"),
         ("in.png -o out.svg --seed -1", "--seed: got '-1'"),
         ("in.png -o out.svg --xing-weight nan", "--xing-weight: got 'nan'"),
         ("in.png -o out.svg --xing-weight -1", "--xing-weight: got '-1'"),
@@ -357,7 +368,7 @@ class TestTerminal:
         return text
 
     def test_progress(self, folder: Path) -> None:
-        text = self.read_all(*self.start("--schedule", "1,1", "--iterations", "100"))
+        text = self.read_all(*self.start("--schedule", "1,1", "--iterations", "100", "--revisions", "0"))
         assert re.search(r"stage 2/2: +\d+%\|[^\r]*/200 \[\d\d:\d\d<\d\d:\d\d, [^\r]*, paths 2, MSE \d", text)
         assert re.search(r"out\.svg: \d paths, MSE \S+, \S+ s\r\n$", text)
 

@@ -93,6 +93,15 @@ def test_points_with_edges_on_pixel_borders(rasterizer_for: RasterizerFor, name:
     _check_points(Losses(rasterizer_for(case.drawing.size, np.float64), case))
 
 
+def test_opposite_lines_on_one_border_are_an_exception(rasterizer_for: RasterizerFor) -> None:
+    # An outline without area, out and back along a border: the change of |A| is no sum of what its two lines do, so a
+    # gradient that is one (kernels/coverage.cl says so) cannot be right. The picture is, and the gradient stays finite.
+    flat = drawings.build([([drawings.polygon([(5, 3), (5, 12)])], (1.0, 0.0, 0.0, 0.5))], (16, 16))
+    rasterizer = rasterizer_for(flat.size, np.float64)
+    assert np.array_equal(rasterizer.forward(flat), np.ones((16, 16, 3)))
+    assert np.isfinite(rasterizer.backward(np.ones((16, 16, 3))).points).all()
+
+
 @pytest.mark.parametrize("name", drawings.CASES)
 def test_colors_opacities_background(rasterizer_for: RasterizerFor, name: str) -> None:
     case = drawings.CASES[name]()

@@ -22,6 +22,7 @@ from typing import Any
 from benchmark import report
 from benchmark.cases import CASES, CORES_CASE, CURVES, EXTREME, Case, chosen_cases
 from benchmark.request import Request
+from benchmark.results import FORMAT, failures, load, put_limits, save
 
 ROOT = Path(__file__).resolve().parent.parent
 EPILOG = f"""\
@@ -137,7 +138,7 @@ def run(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
     if "failed" in machine:
         raise SystemExit(f"bench.py: {machine['failed']}")
     results: dict[str, Any] = {
-        "format": report.FORMAT,
+        "format": FORMAT,
         "when": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
         "arguments": sys.argv[1:],
         "machine": machine,
@@ -161,7 +162,7 @@ def run(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
             answer = bench.ask("time", CORES_CASE, POCL_MAX_PTHREAD_COUNT=str(count))
             if "time" in answer:
                 results["cores"][str(count)] = answer["time"]
-    report.put_limits(results)
+    put_limits(results)
     return results
 
 
@@ -223,7 +224,7 @@ def main(argv: list[str] | None = None) -> int:
         return 0
     try:
         chosen_cases(arguments.cases)
-        compared = None if arguments.compare is None else report.load(arguments.folder / f"{arguments.compare}.json")
+        compared = None if arguments.compare is None else load(arguments.folder / f"{arguments.compare}.json")
     except ValueError as error:
         parser.error(str(error))
     if arguments.compare_checkout is not None and not (arguments.compare_checkout / "livecl").is_dir():
@@ -236,12 +237,11 @@ def main(argv: list[str] | None = None) -> int:
             results = run(arguments, Path(folder))
     for path in (arguments.json, arguments.save and arguments.folder / f"{arguments.save}.json"):
         if path:
-            report.save(results, path)
+            save(results, path)
     if compared is not None:
         results["compared"] = {"name": arguments.compare, "cases": compared["cases"]}
     print(report.text(results, markdown=arguments.markdown), end="")
-    everything = [*results["cases"].values(), *results.get("other", {}).get("cases", {}).values()]
-    return 1 if any("failed" in found for found in everything) else 0
+    return 1 if failures(results) else 0
 
 
 if __name__ == "__main__":

@@ -28,10 +28,10 @@ from livecl.vectorizer import Result, Step, Vectorizer, run, vectorize
 Image = NDArray[np.float32]
 Answer = dict[str, Any]
 
-#: Iterations before the measurement.
-WARM_UP = 3
+#: Seconds of iterations before the measurement, one at least.
+WARM_UP = 0.1
 #: Seconds that a breakdown may take, and the fewest iterations it is made from.
-BREAKDOWN_SECONDS, FEWEST = 1.0, 3
+BREAKDOWN_SECONDS, FEWEST = 1.0, 1
 #: Repeats of whole runs and of processes.
 RUNS, PROCESSES = 3, 5
 #: What places paths, as in `breakdown.HOST_STEPS`.
@@ -60,7 +60,8 @@ def measure_step(case: Case, image: Image, scene: Path, machine: Machine, repeat
     def step() -> None:
         vectorizer.step()
 
-    for _ in range(WARM_UP):
+    start = time.perf_counter()
+    while time.perf_counter() - start < WARM_UP:
         step()
     found = repeated(step, machine.rate, repeats)
     iterations = int(np.clip(BREAKDOWN_SECONDS / np.median(found.seconds), FEWEST, breakdown.ITERATIONS))
@@ -71,22 +72,24 @@ def measure_step(case: Case, image: Image, scene: Path, machine: Machine, repeat
         "kernels": breakdown.kernels(step, iterations),
     }
     if case.picture != "covers":
-        answer["placement"] = _placement(vectorizer, scene)
+        answer |= _placement(vectorizer, scene)
     return {**answer, "memory_mb": peak_megabytes()}
 
 
 def _placement(vectorizer: Vectorizer, scene: Path) -> Answer:
     """Time of placing the paths of the last stage once more, ms: what each stage does once."""
     clock, seconds = breakdown.Clock(), []
-    with breakdown.wrapped(clock, (PLACEMENT,)):
+    with breakdown.wrapped(clock, (PLACEMENT,)) as missing:
+        if missing:
+            return {}
         for _ in range(4):
             vectorizer.state = State.load(scene)
             vectorizer.state.iteration = 0  # as if the stage began
             run(vectorizer, on_step=lambda step: True)
-            seconds.append(clock.seconds.pop(PLACEMENT[0], np.nan))
+            seconds.append(clock.seconds.pop(PLACEMENT[0]))
     paths = vectorizer.state.schedule[vectorizer.state.stage]
-    # The first call imports what it needs.
-    return {"paths": paths, "first_ms": 1e3 * seconds[0], "median_ms": 1e3 * float(np.median(seconds[1:]))}
+    median = 1e3 * float(np.median(seconds[1:]))  # the first call imports what it needs
+    return {"placement": {"paths": paths, "first_ms": 1e3 * seconds[0], "median_ms": median}}
 
 
 def course(

@@ -13,7 +13,7 @@ import numpy as np
 from benchmark.limit import REFERENCE_GFLOPS
 
 #: Repeats are made until this many seconds are over, within these numbers.
-SECONDS, FEWEST, MOST = 2.0, 5, 1000
+SECONDS, FEWEST, MOST = 2.0, 3, 1000
 #: Seconds between two looks at the machine's rate.
 BLOCK = 0.03
 

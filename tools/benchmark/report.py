@@ -1,54 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is told of a run of the benchmark: tables made from its results, and results kept for comparison."""
+"""What is told of a run of the benchmark: facts and tables, made from its results."""
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable
 
 from benchmark.cases import CASES, CURVES, Case
-from benchmark.limit import REFERENCE_GFLOPS, Floor
+from benchmark.limit import REFERENCE_GFLOPS
+from benchmark.results import Results, failures
 from benchmark.table import Table, number
 
-Results = dict[str, Any]
-
-#: Version of the layout of results.
-FORMAT = 1
 #: What times are stated for.
 REFERENCE = f"{REFERENCE_GFLOPS:.0f} GFLOP/s"
-
-
-def save(results: Results, path: Path) -> None:
-    """Write results as JSON."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
-
-
-def load(path: Path) -> Results:
-    """Read results.
-
-    Raises
-    ------
-    ValueError
-        If the file does not hold any of this format.
-    """
-    try:
-        results: Results = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, json.JSONDecodeError) as error:
-        raise ValueError(f"{path}: {error}") from error
-    if not isinstance(results, dict) or results.get("format") != FORMAT:
-        raise ValueError(f"{path}: no results of this benchmark, or of another version")
-    return results
-
-
-def put_limits(results: Results) -> None:
-    """Add to each case its limit on the reference machine, and how many times the limit it takes."""
-    for found in results["cases"].values():
-        if "floor" in found:
-            found["limit_ms"] = Floor(**found["floor"]).limit_ms(results["machine"])
-            if "time" in found:
-                found["times_limit"] = found["time"]["scaled_ms"] / found["limit_ms"]
 
 
 def facts(results: Results) -> list[str]:
@@ -77,35 +40,28 @@ def tables(results: Results) -> list[Table]:
 
 def _times(results: Results) -> Table:
     compared = results.get("compared")
-    head = [
-        "case",
-        "median ms",
-        "min ms",
-        f"ms at {REFERENCE}",
-        "wanted",
-        "limit ms",
-        "x limit",
-        "MB",
-        "wanted",
-        "checked",
-    ]
-    head += [f"{compared['name']} ms", "ratio"] if compared else []
     rows = []
     for name, found in results["cases"].items():
         case, time = CASES[name], found.get("time", {})
-        row = [
-            title(case),
-            number(time.get("median_ms")),
-            number(time.get("minimum_ms")),
-            number(time.get("scaled_ms")),
-        ]
-        row += [number(case.goal_ms), number(found.get("limit_ms")), number(found.get("times_limit"))]
-        row += [number(found.get("memory_mb")), number(case.goal_mb), "no" if "failed" in found else "yes"]
+        row = {
+            "case": title(case),
+            "median ms": number(time.get("median_ms")),
+            "min ms": number(time.get("minimum_ms")),
+            "GFLOP/s": number(time.get("gflops")),
+            f"ms at {REFERENCE}": number(time.get("scaled_ms")),
+            "wanted": number(case.goal_ms),
+            "limit ms": number(found.get("limit_ms")),
+            "x limit": number(found.get("times_limit")),
+            "MB": number(found.get("memory_mb")),
+            "MB wanted": number(case.goal_mb),
+            "checked": "no" if "failed" in found else "yes",
+        }
         if compared:
             other = compared["cases"].get(name, {}).get("time", {}).get("scaled_ms")
-            row += [number(other), number(time["scaled_ms"] / other if other and time else None)]
+            row[f"{compared['name']} ms"] = number(other)
+            row["ratio"] = number(time["scaled_ms"] / other if other and time else None)
         rows.append(row)
-    return Table("Times", head, rows)
+    return Table("Times", list(rows[0]), [list(row.values()) for row in rows])
 
 
 def title(case: Case) -> str:
@@ -133,7 +89,7 @@ def _to_error(results: Results) -> Table | None:
     return Table(f"Until the mean squared error is at most ..., ms at {REFERENCE}", ["case", *bounds], rows)
 
 
-def _by_case(results: Results, name: str, rows_of: Any, head: str) -> Table | None:
+def _by_case(results: Results, name: str, rows_of: Callable[[Results], dict[str, float]], head: str) -> Table | None:
     """Table with a column for each case that has such a part, and the union of their rows."""
     columns = {case: rows_of(found) for case, found in results["cases"].items() if rows_of(found)}
     if not columns:
@@ -176,7 +132,7 @@ def _operations(results: Results) -> Table | None:
     return _by_case(results, "Operations that an iteration cannot do without, millions", rows, "for")
 
 
-def _curve(quantity: str) -> Any:
+def _curve(quantity: str) -> Callable[[Results], Table | None]:
     def make(results: Results) -> Table | None:
         points = CURVES[quantity]
         found = {name: results["cases"].get(name, {}).get("time") for name in points}
@@ -229,9 +185,8 @@ def text(results: Results, *, markdown: bool) -> str:
     found = tables(results)
     if (table := checkout_table(results)) is not None:
         found.insert(1, table)
-    failed = [f"{name}: {case['failed']}" for name, case in results["cases"].items() if "failed" in case]
     parts = ["\n".join(f"- {line}" if markdown else line for line in facts(results))]
     parts += [table.markdown() if markdown else table.text() for table in found]
-    if failed:
-        parts.append("\n".join(["Failed, and not timed:", *failed]))
+    if failed := failures(results):
+        parts.append("\n".join(["Failed, and not timed:", *(f"- {line}" for line in failed)]))
     return "\n\n".join(parts) + "\n"

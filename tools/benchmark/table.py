@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 
@@ -39,4 +40,4 @@ def number(value: float | None, digits: int = 3) -> str:
     if value == 0 or abs(value) >= 10 ** (digits - 1):
         return f"{value:.0f}"
     text = f"{value:.{digits}g}"
-    return f"{value:.{digits + 3}f}".rstrip("0") if "e" in text else text
+    return f"{value:.{digits - 1 - math.floor(math.log10(abs(value)))}f}" if "e" in text else text
