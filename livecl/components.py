@@ -34,7 +34,7 @@ def component_places(target: NDArray[Any], image: NDArray[Any], count: int, opti
     places = [_component_place(labels == component) for component in _ranked(labels, bins, options)[:count]]
     taken = [place.pixel for place in places]
     for pixel in _largest_errors(difference, taken, count - len(places), 2 * options.radius):
-        places.append(Place(pixel[::-1] + 0.5, pixel))
+        places.append(Place(pixel[::-1].astype(np.float64) + 0.5, pixel))
     return places
 
 
@@ -82,7 +82,7 @@ def _ranked(labels: IntArray, bins: IntArray, options: Options) -> list[int]:
 def _component_place(mask: BoolArray) -> Place:
     """Centre of mass of a component, or the centre of its own pixel nearest to it where it lies outside (step d)."""
     members = np.argwhere(mask)
-    mean = members.mean(axis=0, dtype=np.float64)
+    mean = np.asarray(members.mean(axis=0), dtype=np.float64)
     pixel = np.floor(mean + 0.5).astype(np.int64)
     if mask[tuple(pixel)]:
         return Place(mean[::-1] + 0.5, pixel, mask)

@@ -16,8 +16,11 @@ def growing_schedule(paths: int) -> tuple[int, ...]:
     (1, 2, 4, 1)
     """
     stages: list[int] = []
-    while sum(stages) < paths:
-        stages.append(min(2 ** len(stages), MOST_PER_STAGE, paths - sum(stages)))
+    size, left = 1, paths
+    while left:
+        stages.append(min(size, left))
+        left -= stages[-1]
+        size = min(2 * size, MOST_PER_STAGE)
     return tuple(stages)
 
 

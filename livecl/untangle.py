@@ -93,10 +93,11 @@ def _refined(cubics: FloatArray, crossing: Crossing) -> Crossing:
         determinant = _cross(dp, dq)
         if determinant == 0:
             return crossing
-        t, u = t + _cross(miss, dq) / determinant, u + _cross(miss, dp) / determinant
+        t += float(_cross(miss, dq) / determinant)
+        u += float(_cross(miss, dp) / determinant)
     near = abs(t - crossing.t) < 0.1 and abs(u - crossing.u) < 0.1
     inside = 0 <= t <= 1 and 0 <= u <= 1
-    return Crossing(crossing.first, float(t), crossing.second, float(u)) if near and inside else crossing
+    return Crossing(crossing.first, t, crossing.second, u) if near and inside else crossing
 
 
 def _trim(cubics: FloatArray, crossing: Crossing) -> FloatArray:
