@@ -34,6 +34,8 @@ class Options:
         Share of the learning rates left at the end of a stage, in whose second half they fall; 1 to keep them.
     revisions : int
         Rounds, at the end, that take out the least useful paths and place them anew, kept if the error falls.
+    prune : float
+        Layers without which the mean squared error rises by less than this are dropped at the end.
     untangle : bool
         Whether outlines that cross themselves lose their loops in the course of a stage.
     background : str
@@ -52,6 +54,9 @@ class Options:
         Factor of the learning rates after each 500 steps of a path's age; 1 for none.
     new_color : "target" or "random"
         Fill of new paths: the target's colour at the centre, or any colour and opacity.
+    opacity : "snap", "train" or "opaque"
+        Whether the opacity of fills is trained, and becomes 1 where it is above 0.9 in the second half of a stage; is
+        trained only; or stays at that of new paths.
     variant : "paper" or "released"
         Whose distance weight, Xing loss and placement rule: the text's, or the authors' program's.
 
@@ -61,15 +66,16 @@ class Options:
         If a value is not one of those named or out of range; the message names the field.
     """
 
-    iterations: int = 500
+    iterations: int = 200
     segments: int = 4
-    max_segments: int = 8
+    max_segments: int = 12
     loss: Literal["udf", "mse"] = "mse"
-    xing_weight: float = 0.01
+    xing_weight: float = 0.0
     placement: Literal["region", "component", "random"] = "region"
     shape: Literal["outline", "circle", "random"] = "outline"
     settle: float = 0.1
-    revisions: int = 12
+    revisions: int = 8
+    prune: float = 1e-6
     untangle: bool = True
     background: str = "white"
     radius: float = 5.0
@@ -80,6 +86,7 @@ class Options:
     color_learning_rate: float = 0.01
     decay: float = 1.0
     new_color: Literal["target", "random"] = "target"
+    opacity: Literal["snap", "train", "opaque"] = "snap"
     variant: Literal["paper", "released"] = "paper"
 
     def __post_init__(self) -> None:
@@ -141,6 +148,7 @@ _PAPER: dict[str, Any] = {
     "shape": "circle",
     "settle": 1.0,
     "revisions": 0,
+    "prune": 0.0,
     "untangle": False,
     "background": "white",
     "radius": 5.0,
@@ -151,6 +159,7 @@ _PAPER: dict[str, Any] = {
     "color_learning_rate": 0.01,
     "decay": 1.0,
     "new_color": "target",
+    "opacity": "train",
     "variant": "paper",
 }
 

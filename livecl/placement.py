@@ -28,7 +28,7 @@ CANDIDATES = 12
 #: Pixels under which a region is too small for its border to tell more than a circle of its area.
 SMALL_REGION = 12
 #: Share of the removed error that each segment beyond `segments` must add.
-GAIN_PER_SEGMENT = 0.004
+GAIN_PER_SEGMENT = 0.001
 
 
 def place_paths(

@@ -21,7 +21,7 @@ from livecl.options import Options
 from livecl.placement import place_paths
 from livecl.rasterizer import DeviceImage, Gradients, Rasterizer
 from livecl.result import Result, Stage
-from livecl.revision import least_useful
+from livecl.revision import least_useful, needed_layers
 from livecl.schedule import parse_schedule
 from livecl.state import State
 from livecl.svg import quantize
@@ -34,6 +34,8 @@ PIECES_PERIOD = 10
 DISTANCE_TOLERANCE = 0.25
 #: Steps between two looks for outlines that cross themselves.
 UNTANGLE_PERIOD = 25
+#: Opacity from which on a fill is meant to be opaque.
+OPAQUE_FROM = 0.9
 #: A revision takes out one path in so many, and is kept if it lowers the error by at least such a share.
 REVISED_SHARE, LEAST_IMPROVEMENT = 16, 0.002
 #: Revisions in a row that may fail.
@@ -280,6 +282,10 @@ class Vectorizer:
         points = drawing.points + state.points.step(gradients.points, rate(options.learning_rate, state.points.ages))
         color_rate = rate(options.color_learning_rate, state.colors.ages)
         colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
+        if options.opacity == "opaque":
+            colors[:, 3] = drawing.colors[:, 3]
+        elif options.opacity == "snap" and 2 * state.iteration >= options.iterations:
+            colors[colors[:, 3] > OPAQUE_FROM, 3] = 1
         background = drawing.background
         if options.background == "train" and background is not None and gradients.background is not None:
             change = state.background.step(gradients.background[None], options.color_learning_rate)
@@ -399,7 +405,8 @@ def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = 
         if revision and outcomes:
             before = outcomes.pop()
             steps, seconds = steps + before.iterations, seconds + before.seconds
-        drawing = visible_layers(quantize(state.drawing))
+        least = state.options.prune if vectorizer.finished else 0.0
+        drawing = needed_layers(quantize(state.drawing), vectorizer.rasterizer, vectorizer.target, least)
         outcomes.append(Stage(drawing, vectorizer.mse(drawing), steps, seconds))
     return outcomes
 
@@ -409,8 +416,3 @@ def _step_of(vectorizer: Vectorizer, loss: float) -> Step:
     num_stages = len(state.schedule) + state.options.revisions
     place = (state.stage, num_stages, state.iteration, state.options.iterations)
     return Step(*place, state.drawing.num_layers, loss, vectorizer)
-
-
-def visible_layers(drawing: Drawing) -> Drawing:
-    """Return the drawing without the layers that came to nothing: those whose opacity is 0."""
-    return drawing.layer_subset(drawing.colors[:, 3] > 0)

@@ -58,11 +58,10 @@ def prepare(request: Request) -> Answer:
     case = request.the_case
     if case.kind not in ("step", "course"):
         return {}
-    image = picture(case.picture, case.side, request.photo)
-    np.save(request.picture_file, image)
+    np.save(request.picture_file, picture(case.picture, case.side, request.photo))
     if case.kind == "course":
         return {}
-    state = made(case, image, request.device)
+    state = made(case, request.photo, request.device)
     state.save(request.scene_file)
     return counted([(state.drawing, 1)], state.options.tau)
 
