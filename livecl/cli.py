@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, get_args, get_type_hints
 
 from livecl import __version__
 from livecl.errors import DeviceError, ImageError, LiveclError
+from livecl.schedule import DEFAULT_PATHS
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 
 #: Exit codes, beside 0.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
-#: Paths where neither a number nor a list is given.
-DEFAULT_PATHS = 8
 #: Seconds between two renders for the error that the progress bar shows.
 MSE_INTERVAL = 0.5
 #: The arguments that are fields of `Options` under the same name.
@@ -46,6 +45,7 @@ OPTION_NAMES = (
     "placement",
     "shape",
     "revisions",
+    "target_mse",
     "background",
 )
 
@@ -137,7 +137,13 @@ def build_parser() -> argparse.ArgumentParser:
     choices = {name: get_args(hint) for name, hint in get_type_hints(Options).items()}
     add("input", metavar="IN", nargs="?", help="the picture: PNG, JPEG or another file that Pillow reads")
     add("-o", "--output", metavar="OUT.svg", help="the SVG to write; required, unless devices are listed")
-    add("--paths", type=_whole(1), metavar="N", help=f"number of paths, at most (default: {DEFAULT_PATHS})")
+    add(
+        "--paths",
+        type=_paths,
+        metavar="N",
+        help=f"number of paths, at most, or auto: as many as gain enough (default: {DEFAULT_PATHS})",
+    )
+    add("--target-mse", type=_weight, metavar="X", help="begin no further stage once the error is that low")
     add("--schedule", metavar="LIST", help="paths that each stage adds, as 1,1,2, or exp: 1, 2, 4 ... 32, 32 ...")
     add(
         "--preset",
@@ -181,6 +187,10 @@ def _whole(least: int) -> Callable[[str], int]:
         return value
 
     return convert
+
+
+def _paths(text: str) -> int | str:
+    return text if text == "auto" else _whole(1)(text)
 
 
 def _weight(text: str) -> float:
@@ -260,7 +270,8 @@ def _checked_options(arguments: argparse.Namespace) -> Options:
     if arguments.placement == "random" and make().shape == "outline":  # there is no region to fit an outline to
         given.setdefault("shape", "circle")
     try:
-        return make(**given)
+        options = make(**given)
+        return options.choosing_paths() if arguments.paths == "auto" else options
     except ValueError as error:
         raise _BadInputError(str(error)) from error
 

@@ -9,6 +9,11 @@ from collections.abc import Callable
 from typing import Any, Literal, get_args, get_type_hints
 
 
+#: Fall of the mean squared error that a path must be worth where the number of paths is left to the program: what a shape
+#: of 3 x 3 pixels in the opposite colour makes at 240 x 240 is ten times as much.
+AUTO_PATH_GAIN = 1e-5
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Options:
     """Parameters of the method; what belongs to one run (paths, schedule, seed, device) is passed to `vectorize`.
@@ -36,6 +41,11 @@ class Options:
         Rounds, at the end, that take out the least useful paths and place them anew, kept if the error falls.
     prune : float
         Layers without which the mean squared error rises by less than this are dropped at the end.
+    target_mse : float
+        Mean squared error at which no further stage is begun; 0 for none.
+    path_gain : float
+        Least fall of the mean squared error for each path that a stage adds: after a stage that gave less no further one
+        is begun, and at the end layers worth less are dropped. 0 for none.
     untangle : bool
         Whether outlines that cross themselves lose their loops in the course of a stage.
     background : str
@@ -76,6 +86,8 @@ class Options:
     settle: float = 0.1
     revisions: int = 8
     prune: float = 1e-6
+    target_mse: float = 0.0
+    path_gain: float = 0.0
     untangle: bool = True
     background: str = "white"
     radius: float = 5.0
@@ -113,6 +125,10 @@ class Options:
         red, green, blue = parse_color("white" if self.background == "train" else self.background)
         return float(red), float(green), float(blue)
 
+    def choosing_paths(self) -> Options:
+        """Return the options with a `path_gain`, so that the number of paths is found by what further ones gain."""
+        return self if self.path_gain else dataclasses.replace(self, path_gain=AUTO_PATH_GAIN)
+
     @classmethod
     def paper(cls, **changes: Any) -> Options:
         """Return exactly what the paper's text says."""
@@ -149,6 +165,8 @@ _PAPER: dict[str, Any] = {
     "settle": 1.0,
     "revisions": 0,
     "prune": 0.0,
+    "target_mse": 0.0,
+    "path_gain": 0.0,
     "untangle": False,
     "background": "white",
     "radius": 5.0,

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 #: The most paths that a stage of the growing schedule adds (the paper's implementation details).
 MOST_PER_STAGE = 32
+#: Paths where neither a number nor a list is given, and the most where the number is left to the program.
+DEFAULT_PATHS, MOST_AUTO_PATHS = 8, 256
 
 
 def growing_schedule(paths: int) -> tuple[int, ...]:
@@ -24,15 +26,16 @@ def growing_schedule(paths: int) -> tuple[int, ...]:
     return tuple(stages)
 
 
-def parse_schedule(schedule: str | Sequence[int] | None, paths: int | None = None) -> tuple[int, ...]:
+def parse_schedule(schedule: str | Sequence[int] | None, paths: int | str | None = None) -> tuple[int, ...]:
     """Return the paths that each stage adds.
 
     Parameters
     ----------
     schedule : str, sequence of int, or None
         ``"exp"`` or None for the growing schedule, else the paths of each stage, as numbers or as text "1,1,2".
-    paths : int or None
-        Paths in all; the growing schedule without a number makes 8. A list fixes the number itself.
+    paths : int, "auto" or None
+        Paths in all; the growing schedule without a number makes 8, with "auto" 256 at most. A list fixes the number
+        itself.
 
     Raises
     ------
@@ -42,10 +45,14 @@ def parse_schedule(schedule: str | Sequence[int] | None, paths: int | None = Non
     >>> parse_schedule("1,1,2")
     (1, 1, 2)
     """
+    if paths == "auto":
+        if schedule is not None and schedule != "exp":
+            raise ValueError("schedule: a list fixes the number of paths, so paths cannot be 'auto'")
+        return growing_schedule(MOST_AUTO_PATHS)
     if paths is not None and (isinstance(paths, bool) or not isinstance(paths, int) or paths < 1):
-        raise ValueError(f"paths: got {paths!r}, wanted a whole number of at least 1")
+        raise ValueError(f"paths: got {paths!r}, wanted a whole number of at least 1, or 'auto'")
     if schedule is None or schedule == "exp":
-        return growing_schedule(8 if paths is None else paths)
+        return growing_schedule(DEFAULT_PATHS if paths is None else paths)
     parts = schedule.split(",") if isinstance(schedule, str) else schedule
     try:
         stages = tuple(int(part) for part in parts)

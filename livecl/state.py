@@ -53,6 +53,8 @@ class State:
         Source of whatever is random.
     kept_weight : (H, W) float or None
         Distance weight that earlier stages left (the released program's loss).
+    error : float
+        Mean squared error after the last stage.
     failures : int
         Revisions in a row that did not lower the error.
     fallback : Fallback or None
@@ -70,6 +72,7 @@ class State:
     pieces: NDArray[np.int32]
     rng: np.random.Generator
     kept_weight: NDArray[Any] | None = None
+    error: float = float("inf")
     failures: int = 0
     fallback: Fallback | None = None
 
@@ -129,6 +132,7 @@ class State:
             "schedule": self.schedule,
             "stage": self.stage,
             "iteration": self.iteration,
+            "error": self.error,
             "failures": self.failures,
             "rng": self.rng.bit_generator.state,
         }
@@ -169,6 +173,7 @@ class State:
                 pieces=arrays["pieces"],
                 rng=rng,
                 kept_weight=arrays.get("kept_weight"),
+                error=facts["error"],
                 failures=facts["failures"],
                 fallback=fallback,
             )

@@ -7,7 +7,7 @@ import dataclasses
 import itertools
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -131,19 +131,20 @@ class Vectorizer:
         """Place the paths of the stage, or of the revision, that is about to start."""
         state = self.state
         if state.stage >= len(state.schedule):
-            self._take_out()
             count = self._revised()
+            self._take_out(count)
         else:
             if state.stage and state.options.variant == "released":
                 state.kept_weight = self._released_weight(state.drawing, state.stage - 1)
             count = state.schedule[state.stage]
         new = self._new_paths(count, state.rng)
-        state.add(new.replace(stages=np.full(new.num_layers, min(state.stage, len(state.schedule) - 1))))
+        stage = state.stage if state.stage < len(state.schedule) else state.drawing.stages.max(initial=0)
+        state.add(new.replace(stages=np.full(new.num_layers, stage)))
         state.pieces = self.rasterizer.pieces(state.drawing)
 
     def end(self) -> None:
         """Close the stage; of a revision, keep the better drawing."""
-        state = self.state
+        state, options = self.state, self.state.options
         if state.fallback is not None:
             if self.mse(state.drawing) < (1 - LEAST_IMPROVEMENT) * self.mse(state.fallback.drawing):
                 state.failures = 0
@@ -153,14 +154,26 @@ class Vectorizer:
                 state.failures += 1
             state.fallback = None
         state.stage, state.iteration = state.stage + 1, 0
+        if options.target_mse > 0 or options.path_gain > 0:
+            self._end_early()
+
+    def _end_early(self) -> None:
+        """Leave out the stages to come, and revisions too, where the error is as low as asked for."""
+        state, options = self.state, self.state.options
+        before, state.error = state.error, self.mse(state.drawing)
+        growing = state.stage <= len(state.schedule)
+        if state.error <= options.target_mse:
+            state.stage = len(state.schedule) + options.revisions
+        elif growing and before - state.error < options.path_gain * state.schedule[state.stage - 1]:
+            state.stage = len(state.schedule)
 
     def _revised(self) -> int:
         """Number of paths that a revision places anew."""
-        return max(1, sum(self.state.schedule) // REVISED_SHARE)
+        return max(1, self.state.drawing.num_layers // REVISED_SHARE)
 
-    def _take_out(self) -> None:
+    def _take_out(self, count: int) -> None:
         """Remember the drawing, then remove its least useful layers; after failures, the next ones in that order."""
-        state, count = self.state, self._revised()
+        state = self.state
         order = least_useful(state.drawing, self.rasterizer, self.target)
         start = state.failures * count % max(1, len(order) - count + 1)
         state.fallback = state.fall_back()
@@ -317,7 +330,7 @@ def checked_image(image: ArrayLike) -> NDArray[np.float32]:
 
 def vectorize(
     image: ArrayLike,
-    paths: int | None = None,
+    paths: int | Literal["auto"] | None = None,
     schedule: str | Sequence[int] | None = None,
     options: Options | None = None,
     device: int | str | None = None,
@@ -330,8 +343,9 @@ def vectorize(
     ----------
     image : (H, W, 3) or (H, W, 4) array_like
         Target in [0, 1]; straight alpha is laid over the background.
-    paths : int, optional
-        Number of paths; 8 where neither this nor a list of stages is given.
+    paths : int or "auto", optional
+        Number of paths, at most; 8 where neither this nor a list of stages is given. "auto" goes on as long as further
+        paths gain enough (`Options.path_gain`).
     schedule : "exp" or sequence of int, optional
         Paths that each stage adds, see :func:`livecl.schedule.parse_schedule`.
     options : Options, optional
@@ -358,6 +372,8 @@ def vectorize(
     """
     options = Options() if options is None else options
     stages = parse_schedule(schedule, paths)
+    if paths == "auto":
+        options = options.choosing_paths()
     target = checked_image(image)
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ValueError(f"seed: got {seed!r}, wanted a whole number of at least 0")
@@ -405,7 +421,7 @@ def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = 
         if revision and outcomes:
             before = outcomes.pop()
             steps, seconds = steps + before.iterations, seconds + before.seconds
-        least = state.options.prune if vectorizer.finished else 0.0
+        least = max(state.options.prune, state.options.path_gain) if vectorizer.finished else 0.0
         drawing = needed_layers(quantize(state.drawing), vectorizer.rasterizer, vectorizer.target, least)
         outcomes.append(Stage(drawing, vectorizer.mse(drawing), steps, seconds))
     return outcomes

@@ -23,7 +23,7 @@ from livecl.state import State
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
 
-from benchmark import breakdown, calibration, cases, checks, counts, floor, repeats, report, results, table
+from benchmark import breakdown, calibration, cases, checks, counts, floor, repeats, report, results, scene_file, table
 from benchmark.limit import REFERENCE_GFLOPS, Floor
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -187,6 +187,24 @@ def test_check_passes_what_is_right(device: int | None) -> None:
     found = checks.check_step(image, state, device)
     assert found["loss"] < checks.LOSS_TOLERANCE
     assert all(math.isfinite(error) for error in found.values())
+
+
+def test_scene_files_keep_what_a_step_needs(tmp_path: Path) -> None:
+    _, state = _small_state()
+    rng = np.random.default_rng(0)
+    for adam in (state.points, state.colors):
+        adam.mean, adam.square = rng.normal(size=adam.mean.shape), rng.uniform(size=adam.mean.shape)
+        adam.ages += 7
+    state.iteration = 7
+    scene_file.save_scene(tmp_path / "scene.npz", state)
+    found = scene_file.load_scene(tmp_path / "scene.npz")
+    assert (found.schedule, found.stage, found.iteration) == ((1,), 0, 7)
+    assert found.options == state.options
+    np.testing.assert_array_equal(found.drawing.points, state.drawing.points)
+    np.testing.assert_array_equal(found.drawing.stages, state.drawing.stages)
+    for name in ("points", "colors", "background"):
+        for moment, values in vars(getattr(state, name)).items():
+            np.testing.assert_array_equal(getattr(getattr(found, name), moment), values)
 
 
 @pytest.mark.parametrize("wrong", ["loss", "points", "colors"])

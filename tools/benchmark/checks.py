@@ -27,8 +27,8 @@ STEP_LOSS_TOLERANCE = 1 / 40
 
 #: Where |A| of a pixel is within rounding of 0 or 1, the two precisions may disagree on whether the outline counts in
 #: it. That concerns a few control points at a time, and by no more than their outline's share in the pixel: apart from
-#: the worst twentieth of the entries only rounding is allowed for, and for the whole a hundredth of the norm.
-DOUBTFUL_SHARE, DOUBTFUL_TOLERANCE = 0.05, 0.01
+#: the worst twentieth of the entries only rounding is allowed for, and for the whole a fiftieth of the norm.
+DOUBTFUL_SHARE, DOUBTFUL_TOLERANCE = 0.05, 0.02
 
 
 class CheckError(Exception):

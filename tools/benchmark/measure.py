@@ -19,11 +19,12 @@ from benchmark.cases import Case
 from benchmark.limit import REFERENCE_GFLOPS
 from benchmark.machine import peak_megabytes
 from benchmark.repeats import repeated
+from benchmark.scene_file import load_scene
 from benchmark.startup import process_seconds
+from livecl import Result
 from livecl.device import OpenDevice
 from livecl.options import Options
-from livecl.state import State
-from livecl.vectorizer import Result, Step, Vectorizer, run, vectorize
+from livecl.vectorizer import Step, Vectorizer, run, vectorize
 
 Image = NDArray[np.float32]
 Answer = dict[str, Any]
@@ -55,7 +56,7 @@ class Machine:
 
 def measure_step(case: Case, image: Image, scene: Path, machine: Machine, repeats: int | None) -> Answer:
     """Time iterations from a scene on, then break them down; placement; memory."""
-    vectorizer = Vectorizer(image, State.load(scene), machine.device)
+    vectorizer = Vectorizer(image, load_scene(scene), machine.device)
 
     def step() -> None:
         vectorizer.step()
@@ -83,7 +84,7 @@ def _placement(vectorizer: Vectorizer, scene: Path) -> Answer:
         if missing:
             return {}
         for _ in range(4):
-            vectorizer.state = State.load(scene)
+            vectorizer.state = load_scene(scene)
             vectorizer.state.iteration = 0  # as if the stage began
             run(vectorizer, on_step=lambda step: True)
             seconds.append(clock.seconds.pop(PLACEMENT[0]))

@@ -59,7 +59,7 @@ class Request:
     @property
     def scene_file(self) -> Path:
         """State that iterations start from."""
-        return Path(self.folder) / f"{self.case}.state"
+        return Path(self.folder) / f"{self.case}.npz"
 
     @property
     def picture_file(self) -> Path:

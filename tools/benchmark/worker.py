@@ -53,6 +53,7 @@ def machine(request: Request) -> Answer:
 
 def prepare(request: Request) -> Answer:
     """Make the scene of an iteration and count what is in it; for a whole run, make only its picture."""
+    from benchmark.scene_file import save_scene
     from benchmark.scenes import made, picture
 
     case = request.the_case
@@ -62,7 +63,7 @@ def prepare(request: Request) -> Answer:
     if case.kind == "course":
         return {}
     state = made(case, request.photo, request.device)
-    state.save(request.scene_file)
+    save_scene(request.scene_file, state)
     return counted([(state.drawing, 1)], state.options.tau)
 
 
@@ -72,9 +73,9 @@ def check(request: Request) -> Answer:
 
     case = request.the_case
     if case.kind == "step":
-        from livecl.state import State
+        from benchmark.scene_file import load_scene
 
-        image, state = np.load(request.picture_file), State.load(request.scene_file)
+        image, state = np.load(request.picture_file), load_scene(request.scene_file)
         return {"checked": check_step(image, state, request.device, exact=case.picture != "covers")}
     if case.kind == "course":
         from benchmark.measure import course
