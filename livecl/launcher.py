@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,19 @@ from numpy.typing import NDArray
 
 from livecl.device import OpenDevice
 from livecl.errors import DeviceError
-from livecl.program import build_kernels, kernel_parameters
+from livecl.program import build_program, kernel_parameters
 
 #: Work-items in a work-group. A CPU runs them one after the other, and needs private arrays for each of them.
 LOCAL_SIZE_CPU, LOCAL_SIZE_GPU = 1, 32
+
+
+@dataclasses.dataclass(frozen=True)
+class _BoundKernel:
+    """A kernel object, the names of the values that it takes, and those that it holds."""
+
+    kernel: Any
+    keys: list[str]
+    arguments: list[Any]
 
 
 class Launcher:
@@ -36,11 +46,10 @@ class Launcher:
     def __init__(self, opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> None:
         self._dtype = dtype
         self._opened = opened
-        self._kernels = build_kernels(opened, dtype, channels)
-        self._parameters = kernel_parameters()
+        self._program = build_program(opened, dtype, channels)
+        self._bound: dict[tuple[str, str], _BoundKernel] = {}
         self._local_size = LOCAL_SIZE_CPU if opened.is_cpu else LOCAL_SIZE_GPU
         self._values: dict[str, Any] = {}
-        self._arguments: dict[str, list[Any]] = {name: [None] * len(p) for name, p in self._parameters.items()}
         self._written: dict[str, NDArray[Any]] = {}
         #: Where a list is put here, each launch appends the kernel's name and its event, for profiling.
         self.trace: list[tuple[str, Any]] | None = None
@@ -99,11 +108,10 @@ class Launcher:
         """Launch a kernel on `num_items` work-items, padded to whole work-groups."""
         if num_items == 0:
             return
-        kernel, arguments, values = self._kernels[name], self._arguments[name], self._values
-        for index, parameter in enumerate(self._parameters[name]):
-            value = values.get(f"{scope}.{parameter}") if scope else None
-            if value is None:
-                value = values[parameter]
+        bound = self._bound.get((name, scope)) or self._bind(name, scope)
+        kernel, arguments, values = bound.kernel, bound.arguments, self._values
+        for index, key in enumerate(bound.keys):
+            value = values[key]
             if value is not arguments[index]:
                 kernel.set_arg(index, value)
                 arguments[index] = value
@@ -111,3 +119,11 @@ class Launcher:
         event = cl.enqueue_nd_range_kernel(self._opened.queue, kernel, (-(-num_items // local) * local,), (local,))
         if self.trace is not None:
             self.trace.append((name, event))
+
+    def _bind(self, name: str, scope: str) -> _BoundKernel:
+        """Make the kernel object for launches with a scope: objects hold their arguments, so each scope has its own."""
+        scoped = [(parameter, f"{scope}.{parameter}") for parameter in kernel_parameters()[name]]
+        keys = [key if key in self._values else parameter for parameter, key in scoped]
+        bound = _BoundKernel(cl.Kernel(self._program, name), keys, [None] * len(keys))
+        self._bound[name, scope] = bound
+        return bound

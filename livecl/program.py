@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Find, expand and build the kernel sources; hand out kernel objects."""
+"""Find, expand and build the kernel sources."""
 
 from __future__ import annotations
 
@@ -74,10 +74,8 @@ def build_options(dtype: np.dtype[Any], channels: int) -> list[str]:
     ]
 
 
-def build_kernels(opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> dict[str, Any]:
-    """Build the program, once for each device, number type and number of channels, and return new kernel objects.
-
-    Kernel objects hold their arguments, so each user gets its own.
+def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> Any:
+    """Build the program, once for each device, number type and number of channels.
 
     Raises
     ------
@@ -91,4 +89,4 @@ def build_kernels(opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> di
             _built[key] = cl.Program(opened.context, program_source()).build(options)
         except cl.Error as error:
             raise KernelBuildError(f"building with {' '.join(options)} on {opened.info} failed:\n{error}") from error
-    return {kernel.function_name: kernel for kernel in _built[key].all_kernels()}
+    return _built[key]

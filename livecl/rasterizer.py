@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -158,7 +158,7 @@ class Rasterizer:
         drawing, pieces = self._rendered
         scene = self._scene(drawing)
         scene.launcher.set(d_image=self._uploaded("d_image", d_image, _channels(drawing)).buffer)
-        return self._differentiate(scene, "composite_backward", pieces)[1]
+        return self._differentiate(scene, "composite_backward", pieces)()[1]
 
     def loss_and_gradients(
         self,
@@ -191,6 +191,23 @@ class Rasterizer:
         ------
         ValueError
             If the drawing is of another size, or another argument does not fit it.
+        """
+        return self.begin_loss(drawing, target, weight, pieces, scale)()
+
+    def begin_loss(
+        self,
+        drawing: Drawing,
+        target: ArrayLike | DeviceImage,
+        weight: ArrayLike | DeviceImage,
+        pieces: ArrayLike | None = None,
+        scale: float = 1.0,
+    ) -> Callable[[], tuple[float, Gradients]]:
+        """Like :meth:`loss_and_gradients`, but without waiting for the device.
+
+        Returns
+        -------
+        callable
+            Waits and returns loss and gradients. To be called before anything else is asked of the rasterizer.
         """
         scene = self._scene(drawing)
         scene.launcher.set(
@@ -314,8 +331,10 @@ class Rasterizer:
             scene.launcher.set(band=band)
             scene.launcher("distance_forward", int(band[1] - band[0]), "distance")
 
-    def _differentiate(self, scene: Scene, composite: str, pieces: ArrayLike | None) -> tuple[float, Gradients]:
-        """Cover, composite with a gradient, gather it, band after band; then bring the result back."""
+    def _differentiate(
+        self, scene: Scene, composite: str, pieces: ArrayLike | None
+    ) -> Callable[[], tuple[float, Gradients]]:
+        """Cover, composite with a gradient, gather it, band after band; what is returned brings the result back."""
         run, drawing = scene.launcher, scene.drawing
         assert drawing is not None
         num_layers, num_segments = drawing.num_layers, drawing.num_segments
@@ -332,12 +351,16 @@ class Rasterizer:
             run("coverage_backward", num_lines, "coverage")
             run("reduce_tiles", num_layers + 1, "coverage")
         run("flatten_backward", num_segments, "coverage")
-        result = run.read("result", 4 + 4 * num_layers + 8 * num_segments).astype(np.float64)
-        d_cubics = result[4 + 4 * num_layers :].reshape(-1, 4, 2)
-        d_points = d_cubics[:, :3].copy()
-        d_points[drawing.next_segments, 0] += d_cubics[:, 3]
-        d_colors = result[4 : 4 + 4 * num_layers].reshape(-1, 4)
-        return float(result[0]), Gradients(d_points, d_colors, None if drawing.background is None else result[1:4])
+
+        def finish() -> tuple[float, Gradients]:
+            result = run.read("result", 4 + 4 * num_layers + 8 * num_segments).astype(np.float64)
+            d_cubics = result[4 + 4 * num_layers :].reshape(-1, 4, 2)
+            d_points = d_cubics[:, :3].copy()
+            d_points[drawing.next_segments, 0] += d_cubics[:, 3]
+            d_colors = result[4 : 4 + 4 * num_layers].reshape(-1, 4)
+            return float(result[0]), Gradients(d_points, d_colors, None if drawing.background is None else result[1:4])
+
+        return finish
 
 
 def _channels(drawing: Drawing) -> int:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.bezier import pieces_for
 from livecl.drawing import Drawing
 from livecl.launcher import Launcher
-from livecl.tiling import Grid, IntArray, Spans, layer_bounds, plan_spans
+from livecl.tiling import Grid, Spans, layer_bounds, plan_spans
 
 #: Pixels that boxes reach beyond the outline, so that rounding and edges exactly on a tile's border stay inside.
 MARGIN = 0.125
@@ -27,7 +27,7 @@ class _Outlines:
     pieces: Any = None
     num_lines: int = 0
     drawing: Drawing | None = None
-    boxes: IntArray | None = None
+    limits: NDArray[np.float64] | None = None
     spans: Spans | None = None
 
 
@@ -115,12 +115,13 @@ class Scene:
 
     def _place(self, scope: str, outlines: _Outlines, margin: float) -> Spans:
         """Lay out the spans, unless every layer is still inside the boxes laid out last."""
-        tight, boxes = self.grid.boxes(self._bounds, margin), outlines.boxes
-        inside = boxes is not None and (tight[:, :2] >= boxes[:, :2]).all() and (tight[:, 2:] <= boxes[:, 2:]).all()
+        bounds, limits = self._bounds, outlines.limits
+        inside = limits is not None and (bounds[:, :2] >= limits[:, :2]).all() and (bounds[:, 2:] < limits[:, 2:]).all()
         if inside and outlines.spans is not None:
             return outlines.spans
-        outlines.boxes = self.grid.boxes(self._bounds, margin + SLACK)
-        spans = outlines.spans = plan_spans(outlines.boxes, self.grid.num_strips, self.max_tiles)
+        boxes = self.grid.boxes(bounds, margin + SLACK)
+        outlines.limits = self.grid.limits(boxes, margin)
+        spans = outlines.spans = plan_spans(boxes, self.grid.num_strips, self.max_tiles)
         for name in ("spans", "strip_offsets", "layer_strips", "layer_spans"):
             self.launcher.write(f"{scope}.{name}", getattr(spans, name))
         return spans

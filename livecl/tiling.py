@@ -79,15 +79,20 @@ class Grid:
         last = np.clip(np.floor((bounds[:, 2:] + margin) / tile_size) + 1, first, ends)
         return np.concatenate([first, last], axis=1).astype(np.int32)
 
+    def limits(self, boxes: IntArray, margin: float) -> NDArray[np.float64]:
+        """Return how far bounds may reach so that all tiles within `margin` px of them lie in `boxes`: (N, 4), px."""
+        tile_size, ends = np.array([TILE, self.lanes]), np.array([self.num_tiles, self.num_strips])
+        low = np.where(boxes[:, :2] > 0, boxes[:, :2] * tile_size + margin, -np.inf)
+        high = np.where(boxes[:, 2:] < ends, boxes[:, 2:] * tile_size - margin, np.inf)
+        return np.concatenate([low, high], axis=1)
+
 
 def layer_bounds(drawing: Drawing) -> NDArray[np.float64]:
     """Return (x_min, y_min, x_max, y_max) of each layer's control points, which hold its outline: (N, 4), px."""
     if not drawing.num_layers:
         return np.zeros((0, 4))
-    starts = drawing.segment_offsets[:-1]
-    low = np.minimum.reduceat(drawing.points.min(axis=1), starts, axis=0)
-    high = np.maximum.reduceat(drawing.points.max(axis=1), starts, axis=0)
-    return np.concatenate([low, high], axis=1)
+    starts, points = 3 * drawing.segment_offsets[:-1], drawing.points.reshape(-1, 2)
+    return np.concatenate([np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)], axis=1)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -192,12 +192,12 @@ class Vectorizer:
         if state.iteration % PIECES_PERIOD == 0:
             self._choose_pieces()
         weight, scale = self._weight(drawing)
-        loss, gradients = self.rasterizer.loss_and_gradients(drawing, self._target, weight, state.pieces, scale)
+        finish = self.rasterizer.begin_loss(drawing, self._target, weight, state.pieces, scale)
+        xing, d_xing = self._xing(drawing) if options.xing_weight > 0 else (0.0, 0.0)  # while the device works
+        loss, gradients = finish()
         d_points, d_colors = gradients.points, gradients.colors
-        if options.xing_weight > 0:
-            xing, d_xing = self._xing(drawing)
-            loss += options.xing_weight * xing
-            d_points += options.xing_weight * d_xing
+        loss += options.xing_weight * xing
+        d_points += options.xing_weight * d_xing
         if not (np.isfinite(loss) and np.isfinite(d_points).all() and np.isfinite(d_colors).all()):
             raise LiveclError(f"loss or gradient is not finite in stage {state.stage + 1}, step {state.iteration + 1}")
         self._move(drawing, gradients)

@@ -171,4 +171,4 @@ def test_fit_keeps_the_direction_and_does_not_depend_on_the_place() -> None:
     path = fit_outline(polyline, 4)
     assert signed_area(_cubics(path)) > 0
     assert signed_area(_cubics(fit_outline(polyline[::-1], 4))) < 0
-    np.testing.assert_allclose(fit_outline(polyline + (100, -50), 4), path + (100, -50), atol=1e-10)
+    np.testing.assert_allclose(fit_outline(polyline + np.array((100, -50)), 4), path + np.array((100, -50)), atol=1e-10)

@@ -60,11 +60,11 @@ def test_a_list_may_be_given_with_the_number_it_adds_up_to() -> None:
         parse_schedule("1,1,2", 5)
 
 
-@pytest.mark.parametrize(
-    "schedule",
-    ["", ",", "1,,2", "1;2", "one", "1.5,2", "0", "1,0", "-1,2", "1,-1,2", "Exp", [], [1.5], [0], [1, -1], [None], 3]
-    + [["a"], [float("nan")], [float("inf")]],
-)
+UNREADABLE = ["", ",", "1,,2", "1;2", "one", "1.5,2", "0", "1,0", "-1,2", "1,-1,2", "Exp", 3]
+UNREADABLE += [[], [1.5], [0], [1, -1], [None], ["a"], [float("nan")], [float("inf")]]
+
+
+@pytest.mark.parametrize("schedule", UNREADABLE)
 def test_what_cannot_be_read_is_refused_by_name(schedule: Any) -> None:
     with pytest.raises(ValueError, match=r"^schedule: got .*wanted 'exp' or positive whole numbers") as caught:
         parse_schedule(schedule)
@@ -74,5 +74,5 @@ def test_what_cannot_be_read_is_refused_by_name(schedule: Any) -> None:
 @pytest.mark.parametrize("paths", [0, -1, 2.0, "8", True, float("nan")])
 def test_number_of_paths_is_a_positive_whole_number(paths: Any) -> None:
     for schedule in (None, "exp", "1,1"):
-        with pytest.raises(ValueError, match="^paths: got "):
+        with pytest.raises(ValueError, match=r"^paths: got "):
             parse_schedule(schedule, paths)
