@@ -50,6 +50,7 @@ class Launcher:
         self._bound: dict[tuple[str, str], _BoundKernel] = {}
         self._local_size = LOCAL_SIZE_CPU if opened.is_cpu else LOCAL_SIZE_GPU
         self._values: dict[str, Any] = {}
+        self._given: dict[str, Any] = {}
         self._written: dict[str, NDArray[Any]] = {}
         #: Where a list is put here, each launch appends the kernel's name and its event, for profiling.
         self.trace: list[tuple[str, Any]] | None = None
@@ -79,13 +80,15 @@ class Launcher:
     def set(self, **values: Any) -> None:
         """Set scalars (int, or float for `real`), vectors of four int32, and buffers made elsewhere."""
         for name, value in values.items():
+            last = self._given.get(name)
+            if last is value or (isinstance(value, (int, float)) and last == value and type(last) is type(value)):
+                continue
+            self._given[name] = value
             if isinstance(value, float):
                 value = self._dtype.type(value)
-            elif isinstance(value, (int, np.integer)):  # bool too
+            elif isinstance(value, int):  # bool too
                 value = np.int32(value)
-            numeric = isinstance(value, (np.generic, np.ndarray))
-            if not (numeric and name in self._values and np.array_equal(self._values[name], value)):
-                self._values[name] = value
+            self._values[name] = value
 
     def write(self, name: str, values: NDArray[Any]) -> None:
         """Copy an array into the buffer of that name, without waiting."""

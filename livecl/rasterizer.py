@@ -123,7 +123,7 @@ class Rasterizer:
         run = scene.launcher
         spans = scene.flatten("coverage", pieces, 0)
         image = run.reserve_reals("image", channels * self._plane)
-        for band in spans.bands:
+        for band in spans.each_band:
             self._cover(scene, spans, band)
             run("composite_forward", self._band_tiles(band), "coverage")
         self._rendered = drawing, pieces
@@ -253,9 +253,9 @@ class Rasterizer:
         run.reserve_reals("factors", drawing.num_layers)
         weight = run.reserve_reals("distance.weight", self._plane)
         run.set(tau=float(tau), first_layer=closest_from or 0, released=closest_from is not None)
-        self._measure(scene, spans.bands)
+        self._measure(scene, spans.each_band)
         run("distance_normalize", 1, "distance")
-        for band in spans.bands:
+        for band in spans.each_band:
             if len(spans.bands) > 1:
                 self._measure(scene, [band])
             run.set(band=band)
@@ -345,7 +345,7 @@ class Rasterizer:
         run.reserve_reals("d_lines", 4 * num_lines)
         run.reserve_reals("result", 4 + 4 * num_layers + 8 * num_segments)
         run.set(num_lines=num_lines)
-        for band in spans.bands:
+        for band in spans.each_band:
             self._cover(scene, spans, band)
             run(composite, self._band_tiles(band), "coverage")
             run("coverage_backward", num_lines, "coverage")

@@ -7,6 +7,7 @@ A strip is `lanes` rows, a tile TILE columns of a strip. A span is the row of ti
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Any
 
 import numpy as np
@@ -121,6 +122,11 @@ class Spans:
     layer_spans: IntArray
     bands: IntArray
     num_tiles: int
+
+    @functools.cached_property
+    def each_band(self) -> tuple[IntArray, ...]:
+        """The rows of `bands`, the same objects each time: what is the same need not be set again."""
+        return tuple(self.bands)
 
 
 def plan_spans(boxes: IntArray, num_strips: int, max_tiles: int) -> Spans:
