@@ -16,52 +16,94 @@ from numpy.typing import NDArray
 
 from livecl.components import Place, component_places
 from livecl.drawing import Drawing
+from livecl.metrics import layer_alphas
 from livecl.options import Options
 from livecl.outline import border, circle, fit_outline, random_outline
+from livecl.painting import Painting, Trial
+from livecl.rasterizer import Rasterizer
 from livecl.regions import RegionFinder
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Regions that are looked at closely for each new path.
-CANDIDATES = 12
+Coverage = Callable[[FloatArray], NDArray[Any]]
+
+#: Regions that are looked at closely for each new path, and as long as none of them would lower the error.
+CANDIDATES, MOST_CANDIDATES = 12, 48
 #: Pixels under which a region is too small for its border to tell more than a circle of its area.
 SMALL_REGION = 12
 #: Share of the removed error that each segment beyond `segments` must add.
 GAIN_PER_SEGMENT = 0.001
 
 
+@dataclasses.dataclass(frozen=True)
+class Placement:
+    """New layers, and where they go.
+
+    Attributes
+    ----------
+    drawing : Drawing
+        Only the K new layers.
+    order : (N + K,) int
+        Paint order of all, bottom first: the N old layers by their numbers, the new ones from N on.
+    """
+
+    drawing: Drawing
+    order: NDArray[np.intp]
+
+
 def place_paths(
     target: NDArray[Any],
-    image: NDArray[Any],
+    drawing: Drawing,
     count: int,
     options: Options,
     rng: np.random.Generator,
-    coverage: Callable[[FloatArray], NDArray[Any]],
-) -> Drawing:
-    """Return `count` new layers for what the image still lacks of the target.
+    rasterizer: Rasterizer,
+) -> Placement:
+    """Return `count` new layers for what a drawing still lacks of the target.
 
     Parameters
     ----------
-    target, image : (H, W, 3) array
-        What is wanted, and what is rendered so far.
+    target : (H, W, 3) array
+        The picture wanted.
+    drawing : Drawing
+        What there is so far, with a background.
     count : int
         Number of layers.
     options : Options
         Placement rule, shape and colours.
     rng : numpy.random.Generator
         Source of whatever is random.
-    coverage : callable
-        Gives the coverage (H, W) of one closed path (s, 3, 2).
+    rasterizer : Rasterizer
+        One of the drawing's size.
 
     Returns
     -------
-    Drawing
-        Only the new layers, in paint order.
+    Placement
+        Regions may lie below layers that there are already; all else goes on top.
     """
-    size = target.shape[:2]
+
+    def coverage(shape: FloatArray) -> NDArray[Any]:
+        white = Drawing(points=shape, colors=[[1, 1, 1, 1]], size=drawing.size, background=(0, 0, 0))
+        return rasterizer.forward(white)[..., 0]
+
+    image = rasterizer.forward(drawing)
     if options.placement == "region":
-        return _region_paths(target.astype(np.float64), image.astype(np.float64), count, options, coverage)
+        assert drawing.background is not None
+        alphas = layer_alphas(drawing, rasterizer)
+        painting = Painting(target, image, drawing.background, alphas, drawing.colors[:, :3])
+        paths = _region_paths(painting, count, options, coverage)
+        colors = np.array([[*np.clip(color, 0, 1), 1] for _, color in paths])
+        return Placement(_layers([shape for shape, _ in paths], colors, drawing.size), painting.order)
+    new = _scattered_paths(target, image, count, options, rng)
+    return Placement(new, np.arange(drawing.num_layers + new.num_layers))
+
+
+def _scattered_paths(
+    target: NDArray[Any], image: NDArray[Any], count: int, options: Options, rng: np.random.Generator
+) -> Drawing:
+    """Paths on the largest components, or anywhere."""
+    size = target.shape[:2]
     if options.placement == "random":
         centers = rng.uniform(size=(count, 2)) * (size[1], size[0])
         places = [Place(center, np.floor(center[::-1]).astype(np.int64)) for center in centers]
@@ -103,62 +145,43 @@ def _region_outline(mask: BoolArray, segments: int) -> FloatArray:
 
 
 def _region_paths(
-    target: FloatArray,
-    image: FloatArray,
-    count: int,
-    options: Options,
-    coverage: Callable[[FloatArray], NDArray[Any]],
-) -> Drawing:
-    """Paths that remove most error, one after the other, each on the picture that those before it leave."""
-    finder = RegionFinder(target, image)
-    strokes = []
+    painting: Painting, count: int, options: Options, coverage: Coverage
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Paths that remove most error, one after the other, each put into the painting where it does best."""
+    finder = RegionFinder(painting.target, painting.image)
+    shapes = []
     for _ in range(count):
-        stroke = _best_stroke(finder, target, image, options, coverage)
-        strokes.append(stroke)
-        image = stroke.image
-    colors = np.array([[*np.clip(stroke.color, 0, 1), 1] for stroke in strokes])
-    return _layers([stroke.shape for stroke in strokes], colors, target.shape[:2])
+        shape, trial = _best_path(finder, painting, options, coverage)
+        painting.insert(trial)
+        shapes.append((shape, trial.color))
+    return shapes
 
 
-@dataclasses.dataclass(frozen=True)
-class _Stroke:
-    """A path (s, 3, 2), its colour, the picture with it, and the squared error that it removes."""
-
-    shape: FloatArray
-    color: FloatArray
-    image: FloatArray
-    gain: float
-
-
-def _best_stroke(
-    finder: RegionFinder,
-    target: FloatArray,
-    image: FloatArray,
-    options: Options,
-    coverage: Callable[[FloatArray], NDArray[Any]],
-) -> _Stroke:
-    error = np.square(target - image).sum(axis=-1)
-
-    def paint(shape: FloatArray, color: FloatArray) -> _Stroke:
-        painted = image + coverage(shape)[..., None] * (color - image)
-        return _Stroke(shape, color, painted, float((error - np.square(target - painted).sum(axis=-1)).sum()))
-
-    best, best_mask = None, None
-    for region in finder.best(error, CANDIDATES):
-        if best is not None and region.gain <= best.gain:  # no path can do better than the region itself
+def _best_path(
+    finder: RegionFinder, painting: Painting, options: Options, coverage: Coverage
+) -> tuple[FloatArray, Trial]:
+    best: tuple[FloatArray, Trial] | None = None
+    best_mask = None
+    error = painting.error
+    for number, region in enumerate(finder.best(error, MOST_CANDIDATES)):
+        # No path can do better than the region itself.
+        if best is not None and (region.gain <= best[1].gain or number >= CANDIDATES):
             break
-        stroke = paint(_new_shape(region.mask, options), region.color)
-        if stroke.gain > (0.0 if best is None else best.gain):
-            best, best_mask = stroke, region.mask
+        shape = _new_shape(region.mask, options)
+        trial = painting.try_layer(coverage(shape), region.color)
+        if trial.gain > (0.0 if best is None else best[1].gain):
+            best, best_mask = (shape, trial), region.mask
     if best is None or best_mask is None:
         row, column = np.unravel_index(int(np.argmax(error)), error.shape)
-        return paint(circle((column + 0.5, row + 0.5), options.radius, options.segments), target[row, column])
+        shape = circle((column + 0.5, row + 0.5), options.radius, options.segments)
+        return shape, painting.try_layer(coverage(shape), painting.target[row, column])
     if options.shape == "outline":
         for segments in range(options.segments + 1, options.max_segments + 1):
-            stroke = paint(_region_outline(best_mask, segments), best.color)
-            needed = GAIN_PER_SEGMENT * best.gain * (segments - len(best.shape))
-            if stroke.gain > best.gain + needed:
-                best = stroke
+            shape = _region_outline(best_mask, segments)
+            trial = painting.try_layer(coverage(shape), best[1].color)
+            needed = GAIN_PER_SEGMENT * best[1].gain * (segments - len(best[0]))
+            if trial.gain > best[1].gain + needed:
+                best = shape, trial
     return best
 
 

@@ -21,6 +21,8 @@ BoolArray = NDArray[np.bool_]
 TARGET_LEVELS = ((0.0, 4), (0.0, 8), (1.0, 8), (2.0, 6), (4.0, 6))
 #: Levels per unit that the difference from the target is rounded to, in each channel.
 DIFFERENCE_LEVELS = (4, 8)
+#: Two regions whose gain and area differ by less than about one part in so many count as the same.
+ALIKE = 20
 #: Fewest pixels of a region.
 SMALLEST = 3
 
@@ -66,14 +68,22 @@ class RegionFinder:
         self._segmentations = [self._measure(labels) for labels in partitions]
 
     def best(self, error: FloatArray, count: int) -> Iterator[Region]:
-        """Yield up to `count` regions that would remove most of the squared error (H, W), the best first."""
+        """Yield up to `count` regions that would remove most of the squared error (H, W), the best first.
+
+        Of regions that are about the same in several degrees of coarseness, one is given.
+        """
         found: list[tuple[float, int, int]] = []
+        seen: set[tuple[int, int]] = set()
         for number, segmentation in enumerate(self._segmentations):
             gain = np.bincount(segmentation.labels.ravel(), error.ravel(), len(segmentation.area)) - segmentation.within
             gain[segmentation.area < SMALLEST] = 0.0
             found += [(-gain[k], number, int(k)) for k in np.argsort(-gain, kind="stable")[:count] if gain[k] > 0]
-        for negative_gain, number, k in sorted(found)[:count]:
+        for negative_gain, number, k in sorted(found):
             segmentation = self._segmentations[number]
+            alike = int(ALIKE * np.log(-negative_gain)), int(ALIKE * np.log(segmentation.area[k]))
+            if alike in seen or len(seen) >= count:
+                continue
+            seen.add(alike)
             yield Region(segmentation.labels == k, segmentation.mean[k], -negative_gain)
 
     def _measure(self, labels: NDArray[Any]) -> _Segmentation:

@@ -92,11 +92,14 @@ class State:
             rng=np.random.default_rng(seed),
         )
 
-    def add(self, new: Drawing) -> None:
-        """Put new layers on top."""
-        self.drawing = concatenate(self.drawing, new)
+    def add(self, new: Drawing, order: NDArray[np.intp]) -> None:
+        """Add layers; `order` (N + K,) is the paint order of all, the new ones being numbered from N on."""
+        drawing = concatenate(self.drawing, new)
+        segments = np.concatenate([np.flatnonzero(drawing.segment_layers == layer) for layer in order])
         self.points.extend(new.num_segments)
         self.colors.extend(new.num_layers)
+        self.drawing = drawing.layer_subset(order)
+        self.points, self.colors = self.points.subset(segments), self.colors.subset(order)
 
     def keep_layers(self, layers: NDArray[Any]) -> None:
         """Take out all layers but these (K,)."""

@@ -7,7 +7,7 @@ import dataclasses
 import itertools
 import time
 from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.drawing import Drawing, concatenate, empty_drawing
 from livecl.errors import LiveclError
 from livecl.image import over_background
-from livecl.losses import xing_loss
+from livecl.objective import Objective
 from livecl.optimizers import decayed, settling
 from livecl.options import Options
 from livecl.placement import place_paths
-from livecl.rasterizer import DeviceImage, Gradients, Rasterizer
+from livecl.rasterizer import Gradients, Rasterizer
 from livecl.result import Result, Stage
 from livecl.revision import least_useful, needed_layers
 from livecl.schedule import parse_schedule
@@ -29,9 +29,6 @@ from livecl.untangle import untangle
 
 #: Steps after which the numbers of lines that flatten the segments are looked at again.
 PIECES_PERIOD = 10
-#: Distance px between curve and lines that the distance weight is measured with: a fortieth of tau, where the weight
-#: falls to 0, and a quarter of the lines that the picture needs (docs/performance.md has what it costs and saves).
-DISTANCE_TOLERANCE = 0.25
 #: Steps between two looks for outlines that cross themselves.
 UNTANGLE_PERIOD = 25
 #: Opacity from which on a fill is meant to be opaque.
@@ -101,12 +98,7 @@ class Vectorizer:
             image = over_background(image, state.options.background_color())
         self.target: NDArray[np.float32] = image
         self.rasterizer = Rasterizer(state.drawing.size, device)
-        self._target = self.rasterizer.upload(image)
-        self._ones = self.rasterizer.upload(np.ones(state.drawing.size))
-        self._distance_pieces = (
-            state.pieces,
-            state.pieces,
-        )  # of the picture, and of the distance weight made from them
+        self.objective = Objective(self.rasterizer, image)
 
     def mse(self, drawing: Drawing) -> float:
         """Return the mean over pixels and channels of the squared difference from the target."""
@@ -115,10 +107,9 @@ class Vectorizer:
 
     def warm_up(self) -> None:
         """Have the device compile what a step needs: runtimes compile a kernel when it is first launched."""
-        drawing = concatenate(empty_drawing(self.target.shape[:2]), self._new_paths(1, np.random.default_rng(0)))
-        self.rasterizer.forward(drawing)
-        self.rasterizer.distance_weight_on_device(drawing, self.state.options.tau)
-        self.rasterizer.loss_and_gradients(drawing, self._target, self._ones)
+        drawing, options, rng = self.state.drawing, self.state.options, np.random.default_rng(0)
+        new = place_paths(self.target, drawing, 1, options, rng, self.rasterizer).drawing
+        self.objective.warm_up(concatenate(drawing, new), self.state)
 
     @property
     def finished(self) -> bool:
@@ -135,11 +126,11 @@ class Vectorizer:
             self._take_out(count)
         else:
             if state.stage and state.options.variant == "released":
-                state.kept_weight = self._released_weight(state.drawing, state.stage - 1)
+                state.kept_weight = self.objective.released_weight(state, state.stage - 1)
             count = state.schedule[state.stage]
-        new = self._new_paths(count, state.rng)
+        placement = place_paths(self.target, state.drawing, count, state.options, state.rng, self.rasterizer)
         stage = state.stage if state.stage < len(state.schedule) else state.drawing.stages.max(initial=0)
-        state.add(new.replace(stages=np.full(new.num_layers, stage)))
+        state.add(placement.drawing.replace(stages=np.full(count, stage)), placement.order)
         state.pieces = self.rasterizer.pieces(state.drawing)
 
     def end(self) -> None:
@@ -188,33 +179,16 @@ class Vectorizer:
             If loss or gradient are not finite; the state is as it was before.
         """
         state, options = self.state, self.state.options
-        drawing = state.drawing
         if state.iteration % PIECES_PERIOD == 0:
             self._choose_pieces()
-        weight, scale = self._weight(drawing)
-        finish = self.rasterizer.begin_loss(drawing, self._target, weight, state.pieces, scale)
-        xing, d_xing = self._xing(drawing) if options.xing_weight > 0 else (0.0, 0.0)  # while the device works
-        loss, gradients = finish()
-        d_points, d_colors = gradients.points, gradients.colors
-        loss += options.xing_weight * xing
-        d_points += options.xing_weight * d_xing
-        if not (np.isfinite(loss) and np.isfinite(d_points).all() and np.isfinite(d_colors).all()):
+        loss, gradients = self.objective.evaluate(state)
+        if not (np.isfinite(loss) and np.isfinite(gradients.points).all() and np.isfinite(gradients.colors).all()):
             raise LiveclError(f"loss or gradient is not finite in stage {state.stage + 1}, step {state.iteration + 1}")
-        self._move(drawing, gradients)
+        self._move(state.drawing, gradients)
         state.iteration += 1
         if options.untangle and self._untangles_now():
             self._untangle()
         return loss
-
-    def _new_paths(self, count: int, rng: np.random.Generator) -> Drawing:
-        image = self.rasterizer.forward(self.state.drawing)
-        return place_paths(self.target, image, count, self.state.options, rng, self._coverage)
-
-    def _coverage(self, shape: NDArray[np.float64]) -> NDArray[Any]:
-        """Coverage (H, W) of one closed path (s, 3, 2)."""
-        size = self.state.drawing.size
-        white = Drawing(points=shape, colors=[[1, 1, 1, 1]], size=size, background=(0, 0, 0))
-        return self.rasterizer.forward(white)[..., 0]
 
     def _untangles_now(self) -> bool:
         """Now and then in the second half of a stage, when paths have found their places, and after its last step."""
@@ -239,50 +213,6 @@ class Vectorizer:
         if np.any(needed > held) or np.any(2 * needed < held):
             self.state.pieces = needed
 
-    def _coarse_pieces(self) -> NDArray[np.int32]:
-        """Lines of each segment for the distance weight; the error of a line falls with the square of their number."""
-        fine, coarse = self._distance_pieces
-        if fine is not self.state.pieces:
-            fine = self.state.pieces
-            share = np.sqrt(self.rasterizer.tolerance / DISTANCE_TOLERANCE)
-            coarse = np.ceil(fine * share).astype(np.int32)
-            self._distance_pieces = fine, coarse
-        return coarse
-
-    def _weight(self, drawing: Drawing) -> tuple[DeviceImage, float]:
-        """Weight of each pixel's error and the common factor: eq. (1) and the 1/3 of eq. (2), or those of a mean."""
-        state, options = self.state, self.state.options
-        num_pixels = self.target.shape[0] * self.target.shape[1]
-        if options.loss == "mse":
-            return self._ones, 1 / (3 * num_pixels)
-        if options.variant == "paper":
-            return self.rasterizer.distance_weight_on_device(drawing, options.tau, self._coarse_pieces()), 1 / 3
-        return self.rasterizer.upload(self._released_weight(drawing, state.stage)), 1 / num_pixels
-
-    def _released_weight(self, drawing: Drawing, stage: int) -> NDArray[Any]:
-        """Weight of the authors' program: the newest paths' closeness, at most 1, added to what earlier stages left."""
-        state = self.state
-        newest = int(np.searchsorted(drawing.stages, stage))
-        closest = self.rasterizer.download(
-            self.rasterizer.distance_weight_on_device(
-                drawing, state.options.tau, self._coarse_pieces(), closest_from=newest
-            )
-        )[..., 0]
-        weight = closest / max(float(closest.max()), 1e-12)
-        return weight if state.kept_weight is None else np.minimum(weight + state.kept_weight, 1)
-
-    def _xing(self, drawing: Drawing) -> tuple[float, NDArray[np.float64]]:
-        """Xing loss and its gradient by (anchor, handle, handle): of all paths, or the newest (released program)."""
-        cubics = drawing.cubics
-        first = 0
-        if self.state.options.variant == "released":
-            first = int(drawing.segment_offsets[np.searchsorted(drawing.stages, self.state.stage)])
-        value, d_cubics = xing_loss(cubics[first:])
-        d_points = np.zeros_like(drawing.points)
-        d_points[first:] = d_cubics[:, :3]
-        d_points[drawing.next_segments[first:], 0] += d_cubics[:, 3]
-        return value, d_points
-
     def _move(self, drawing: Drawing, gradients: Gradients) -> None:
         """One step of Adam; colours stay within [0, 1]."""
         state, options = self.state, self.state.options
@@ -294,6 +224,8 @@ class Vectorizer:
 
         points = drawing.points + state.points.step(gradients.points, rate(options.learning_rate, state.points.ages))
         color_rate = rate(options.color_learning_rate, state.colors.ages)
+        if options.hold_colors and state.stage < len(state.schedule) - 1:
+            color_rate = 0.0
         colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
         if options.opacity == "opaque":
             colors[:, 3] = drawing.colors[:, 3]

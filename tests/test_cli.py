@@ -109,7 +109,7 @@ def test_json_width_and_height(folder: Path) -> None:
 
 
 def test_stages(folder: Path) -> None:
-    arguments = ["in.png", "-o", "out.svg", "--schedule", "1,1,1", "--iterations", "2"]
+    arguments = ["in.png", "-o", "out.svg", "--preset", "paper", "--schedule", "1,1,1", "--iterations", "2"]
     assert cli.main([*arguments, "--stages", "made"]) == 0
     Path("there").mkdir()
     assert cli.main([*arguments, "--stages", "there"]) == 0

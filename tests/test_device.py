@@ -86,7 +86,7 @@ def test_the_environment_variable_names_the_device_where_the_caller_does_not(mon
     monkeypatch.setenv("LIVECL_DEVICE", "")
     assert choose_device() == 0
     monkeypatch.setenv("LIVECL_DEVICE", "geforce")
-    with pytest.raises(DeviceError, match="^LIVECL_DEVICE 'geforce' names no device; .*haswell"):
+    with pytest.raises(DeviceError, match=r"^LIVECL_DEVICE 'geforce' names no device; .*haswell"):
         choose_device()
 
 

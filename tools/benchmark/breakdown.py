@@ -21,8 +21,8 @@ import numpy as np
 #: Host steps: label, module, function. What a checkout does not have is left out, and its time counts as `other`.
 HOST_STEPS = (
     ("pieces", "livecl.vectorizer", "Vectorizer._choose_pieces"),
-    ("pieces", "livecl.vectorizer", "Vectorizer._coarse_pieces"),
-    ("Xing", "livecl.vectorizer", "Vectorizer._xing"),
+    ("pieces", "livecl.objective", "Objective._distance_weight"),
+    ("Xing", "livecl.objective", "Objective._xing"),
     ("Adam", "livecl.vectorizer", "Vectorizer._move"),
     ("upload", "livecl.scene", "Scene.load"),
     ("layout", "livecl.scene", "Scene.flatten"),

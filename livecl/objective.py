@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a run minimizes: the pixel loss under its weight, and the Xing loss."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing import Drawing
+from livecl.losses import xing_loss
+from livecl.rasterizer import DeviceImage, Gradients, Rasterizer
+from livecl.state import State
+
+#: Distance px between curve and lines that the distance weight is measured with: a fortieth of tau, where the weight
+#: falls to 0, and a quarter of the lines that the picture needs (docs/performance.md has what it costs and saves).
+DISTANCE_TOLERANCE = 0.25
+
+
+class Objective:
+    """Loss and gradient of a run's drawing.
+
+    Parameters
+    ----------
+    rasterizer : Rasterizer
+        Renders and differentiates.
+    target : (H, W, 3) array
+        The picture wanted.
+    """
+
+    def __init__(self, rasterizer: Rasterizer, target: NDArray[Any]) -> None:
+        self._rasterizer = rasterizer
+        self._target = rasterizer.upload(target)
+        self._ones = rasterizer.upload(np.ones(target.shape[:2]))
+        self._num_pixels = target.shape[0] * target.shape[1]
+        self._pieces: tuple[Any, NDArray[np.int32]] = (None, np.zeros(0, np.int32))  # of the picture, of the distance
+
+    def warm_up(self, drawing: Drawing, state: State) -> None:
+        """Launch each kernel once."""
+        self._rasterizer.forward(drawing)
+        self._rasterizer.distance_weight_on_device(drawing, state.options.tau)
+        self._rasterizer.loss_and_gradients(drawing, self._target, self._ones)
+
+    def evaluate(self, state: State) -> tuple[float, Gradients]:
+        """Return the loss of the state's drawing and its gradient; the distance weight is a constant in it."""
+        options, drawing = state.options, state.drawing
+        weight, scale = self._weight(state)
+        finish = self._rasterizer.begin_loss(drawing, self._target, weight, state.pieces, scale)
+        if options.xing_weight == 0:
+            return finish()
+        xing, d_xing = self._xing(state)  # while the device works
+        loss, gradients = finish()
+        gradients.points[:] += options.xing_weight * d_xing
+        return loss + options.xing_weight * xing, gradients
+
+    def released_weight(self, state: State, stage: int) -> NDArray[Any]:
+        """Weight of the authors' program: the closeness of a stage's paths, at most 1, and what earlier ones left."""
+        newest = int(np.searchsorted(state.drawing.stages, stage))
+        closest = self._rasterizer.download(self._distance_weight(state, newest))[..., 0]
+        weight = closest / max(float(closest.max()), 1e-12)
+        return weight if state.kept_weight is None else np.minimum(weight + state.kept_weight, 1)
+
+    def _weight(self, state: State) -> tuple[DeviceImage, float]:
+        """Weight of each pixel's error and the common factor: eq. (1) and the 1/3 of eq. (2), or those of a mean."""
+        if state.options.loss == "mse":
+            return self._ones, 1 / (3 * self._num_pixels)
+        if state.options.variant == "paper":
+            return self._distance_weight(state), 1 / 3
+        return self._rasterizer.upload(self.released_weight(state, state.stage)), 1 / self._num_pixels
+
+    def _distance_weight(self, state: State, closest_from: int | None = None) -> DeviceImage:
+        """Distance weight by coarser lines; the error of a line falls with the square of their number."""
+        if self._pieces[0] is not state.pieces:
+            share = np.sqrt(self._rasterizer.tolerance / DISTANCE_TOLERANCE)
+            self._pieces = state.pieces, np.ceil(state.pieces * share).astype(np.int32)
+        tau, pieces = state.options.tau, self._pieces[1]
+        return self._rasterizer.distance_weight_on_device(state.drawing, tau, pieces, closest_from)
+
+    def _xing(self, state: State) -> tuple[float, NDArray[np.float64]]:
+        """Xing loss and its gradient by (anchor, handle, handle): of all paths, or the newest (released program)."""
+        drawing, first = state.drawing, 0
+        if state.options.variant == "released":
+            first = int(drawing.segment_offsets[np.searchsorted(drawing.stages, state.stage)])
+        value, d_cubics = xing_loss(drawing.cubics[first:])
+        d_points = np.zeros_like(drawing.points)
+        d_points[first:] = d_cubics[:, :3]
+        d_points[drawing.next_segments[first:], 0] += d_cubics[:, 3]
+        return value, d_points

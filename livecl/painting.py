@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A picture in layers, into which a new layer can be tried at any depth.
+
+With C_k the picture of the background and the k lowest layers, and T_k the transmittance of all layers above them, a new
+layer of coverage v and colour c between the two changes the picture by
+
+    v T_k (c - C_k),
+
+so that what it does to the squared error is known without compositing anything again.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+
+#: Numbers that grounds and transmittances of all depths may take: 256 MiB. A picture of more layers counts as one.
+MOST_NUMBERS = 1 << 26
+#: Depths that are tried beside the top: below the layers that the new one overlaps most.
+MOST_DEPTHS = 8
+#: Overlap, px^2, that counts, and share by which a lower depth must be better than the top.
+LEAST_OVERLAP, LEAST_ADVANTAGE = 1.0, 0.01
+
+
+@dataclasses.dataclass(frozen=True)
+class Trial:
+    """A new layer: depth (layers below it), coverage (H, W), colour, and the squared error that it removes."""
+
+    depth: int
+    coverage: NDArray[Any]
+    color: FloatArray
+    gain: float
+
+
+class Painting:
+    """Layers of known alpha and colour over a background, and the target that they are to come close to.
+
+    Parameters
+    ----------
+    target : (H, W, 3) array
+        The picture wanted.
+    image : (H, W, 3) array
+        The picture so far.
+    background : (3,) array
+        Colour beneath the layers.
+    alphas : (N, H, W) array
+        Opacity times coverage of each layer.
+    colors : (N, 3) array
+        Colours of the layers.
+    """
+
+    def __init__(
+        self,
+        target: NDArray[Any],
+        image: NDArray[Any],
+        background: ArrayLike,
+        alphas: NDArray[Any],
+        colors: NDArray[Any],
+    ) -> None:
+        self.target = target.astype(np.float64)
+        self._ids = list(range(len(colors)))
+        self._fixed: list[int] = []
+        self._ground = np.broadcast_to(np.asarray(background, dtype=np.float64), self.target.shape)
+        self._alphas, self._colors = list(alphas), list(colors)
+        if (len(alphas) + 1) * self.target.size * 4 // 3 > MOST_NUMBERS:
+            self._fixed, self._ids, self._ground, self._alphas, self._colors = self._ids, [], image, [], []
+        self._composite()
+
+    @property
+    def image(self) -> FloatArray:
+        """The picture of all layers, (H, W, 3)."""
+        return self._grounds[-1]
+
+    @property
+    def error(self) -> FloatArray:
+        """Squared difference from the target, summed over the channels: (H, W)."""
+        return np.asarray(np.square(self.target - self.image).sum(axis=-1))
+
+    @property
+    def order(self) -> NDArray[np.intp]:
+        """Paint order: the layers given, by their numbers, and those inserted, numbered on in the order they came."""
+        return np.array([*self._fixed, *self._ids], dtype=np.intp)
+
+    def try_layer(self, coverage: NDArray[Any], color: FloatArray) -> Trial:
+        """Return a new layer at the depth where it removes most error."""
+        rows, columns = np.flatnonzero(coverage.any(axis=1)), np.flatnonzero(coverage.any(axis=0))
+        top = len(self._ids)
+        if not len(rows):
+            return Trial(top, coverage, color, 0.0)
+        window = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+        share = coverage[window]
+        residual = self.target[window] - self.image[window]
+        overlaps = np.array([float(np.sum(share * alpha[window])) for alpha in self._alphas])
+        lower = [int(k) for k in np.argsort(-overlaps, kind="stable")[:MOST_DEPTHS] if overlaps[k] > LEAST_OVERLAP]
+        best = Trial(top, coverage, color, -np.inf)
+        for depth in [top, *lower]:
+            visible = share * self._transmittances[depth][window]
+            change = visible[..., None] * (color - self._grounds[depth][window])
+            gain = float(np.sum(change * (2 * residual - change)))
+            if gain > best.gain + (LEAST_ADVANTAGE * abs(best.gain) if best.depth == top and depth != top else 0.0):
+                best = Trial(depth, coverage, color, gain)
+        return best
+
+    def insert(self, trial: Trial) -> None:
+        """Put a new layer where it was tried."""
+        self._ids.insert(trial.depth, len(self._fixed) + len(self._ids))
+        self._alphas.insert(trial.depth, trial.coverage)
+        self._colors.insert(trial.depth, trial.color)
+        self._composite()
+
+    def _composite(self) -> None:
+        grounds = [np.asarray(self._ground, dtype=np.float64)]
+        for alpha, color in zip(self._alphas, self._colors, strict=True):
+            grounds.append(grounds[-1] + alpha[..., None] * (color - grounds[-1]))
+        transmittances = [np.ones(self.target.shape[:2])]
+        for alpha in reversed(self._alphas):
+            transmittances.append(transmittances[-1] * (1 - alpha))
+        self._grounds, self._transmittances = grounds, transmittances[::-1]
