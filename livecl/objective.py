@@ -17,9 +17,6 @@ from livecl.state import State
 #: falls to 0, and a quarter of the lines that the picture needs (docs/performance.md has what it costs and saves).
 DISTANCE_TOLERANCE = 0.25
 
-#: Steps for which a distance weight serves: meanwhile a path moves by a few px at most, and tau is 10 (the same page).
-WEIGHT_PERIOD = 4
-
 
 class Objective:
     """Loss and gradient of a run's drawing.
@@ -38,8 +35,6 @@ class Objective:
         self._ones = rasterizer.upload(np.ones(target.shape[:2]))
         self._num_pixels = target.shape[0] * target.shape[1]
         self._pieces: tuple[Any, NDArray[np.int32]] = (None, np.zeros(0, np.int32))  # of the picture, of the distance
-
-        self._weighed: tuple[Drawing, DeviceImage] | None = None  # what the weight on the device is of
 
     def warm_up(self, drawing: Drawing, state: State) -> None:
         """Launch each kernel once."""
@@ -62,7 +57,7 @@ class Objective:
     def released_weight(self, state: State, stage: int) -> NDArray[Any]:
         """Weight of the authors' program: the closeness of a stage's paths, at most 1, and what earlier ones left."""
         newest = int(np.searchsorted(state.drawing.stages, stage))
-        closest = self._rasterizer.download(self._distance_weight(state, state.drawing, newest))[..., 0]
+        closest = self._rasterizer.download(self._distance_weight(state, newest))[..., 0]
         weight = closest / max(float(closest.max()), 1e-12)
         return weight if state.kept_weight is None else np.minimum(weight + state.kept_weight, 1)
 
@@ -71,20 +66,16 @@ class Objective:
         if state.options.loss == "mse":
             return self._ones, 1 / (3 * self._num_pixels)
         if state.options.variant == "paper":
-            if state.weighed is None or state.iteration % WEIGHT_PERIOD == 0:
-                state.weighed = state.drawing
-            if self._weighed is None or self._weighed[0] is not state.weighed:
-                self._weighed = state.weighed, self._distance_weight(state, state.weighed)
-            return self._weighed[1], 1 / 3
+            return self._distance_weight(state), 1 / 3
         return self._rasterizer.upload(self.released_weight(state, state.stage)), 1 / self._num_pixels
 
-    def _distance_weight(self, state: State, drawing: Drawing, closest_from: int | None = None) -> DeviceImage:
+    def _distance_weight(self, state: State, closest_from: int | None = None) -> DeviceImage:
         """Distance weight by coarser lines; the error of a line falls with the square of their number."""
         if self._pieces[0] is not state.pieces:
             share = np.sqrt(self._rasterizer.tolerance / DISTANCE_TOLERANCE)
             self._pieces = state.pieces, np.ceil(state.pieces * share).astype(np.int32)
         tau, pieces = state.options.tau, self._pieces[1]
-        return self._rasterizer.distance_weight_on_device(drawing, tau, pieces, closest_from)
+        return self._rasterizer.distance_weight_on_device(state.drawing, tau, pieces, closest_from)
 
     def _xing(self, state: State) -> tuple[float, NDArray[np.float64]]:
         """Xing loss and its gradient by (anchor, handle, handle): of all paths, or the newest (released program)."""

@@ -36,6 +36,9 @@ class Options:
         What new paths look like; an outline is fitted to the region or component.
     settle : float
         Share of the learning rates left at the end of a stage, in whose second half they fall; 1 to keep them.
+    hold_colors : bool
+        Whether colours stay those of the regions until the last stage: trained early, a path takes the mean colour of
+        all that is not yet drawn on it (what the distance weight of the paper is against).
     revisions : int
         Rounds, at the end, that take out the least useful paths and place them anew, kept if the error falls.
     prune : float
@@ -83,6 +86,7 @@ class Options:
     placement: Literal["region", "component", "random"] = "region"
     shape: Literal["outline", "circle", "random"] = "outline"
     settle: float = 0.1
+    hold_colors: bool = False
     revisions: int = 8
     prune: float = 1e-6
     target_mse: float = 0.0
@@ -162,6 +166,7 @@ _PAPER: dict[str, Any] = {
     "placement": "component",
     "shape": "circle",
     "settle": 1.0,
+    "hold_colors": False,
     "revisions": 0,
     "prune": 0.0,
     "target_mse": 0.0,

@@ -55,8 +55,6 @@ class State:
         Distance weight that earlier stages left (the released program's loss).
     error : float
         Mean squared error after the last stage.
-    weighed : Drawing or None
-        The drawing that the distance weight in use is of.
     failures : int
         Revisions in a row that did not lower the error.
     fallback : Fallback or None
@@ -75,7 +73,6 @@ class State:
     rng: np.random.Generator
     kept_weight: NDArray[Any] | None = None
     error: float = float("inf")
-    weighed: Drawing | None = None
     failures: int = 0
     fallback: Fallback | None = None
 
@@ -125,8 +122,6 @@ class State:
         arrays: dict[str, Any] = {"pieces": self.pieces, **_drawing_arrays("", drawing)}
         if self.kept_weight is not None:
             arrays["kept_weight"] = self.kept_weight
-        if self.weighed is not None:
-            arrays.update(_drawing_arrays("weighed.", self.weighed))
         moments = {"points": self.points, "colors": self.colors, "background": self.background}
         if self.fallback is not None:
             arrays.update(_drawing_arrays("fallback.", self.fallback.drawing))
@@ -169,7 +164,6 @@ class State:
             if "fallback.points" in arrays:
                 drawing = _drawing("fallback.", arrays, facts["size"])
                 fallback = Fallback(drawing, _adam("fallback.points", arrays), _adam("fallback.colors", arrays))
-            weighed = _drawing("weighed.", arrays, facts["size"]) if "weighed.points" in arrays else None
             return cls(
                 drawing=_drawing("", arrays, facts["size"]),
                 options=Options(**facts["options"]),
@@ -183,7 +177,6 @@ class State:
                 rng=rng,
                 kept_weight=arrays.get("kept_weight"),
                 error=facts["error"],
-                weighed=weighed,
                 failures=facts["failures"],
                 fallback=fallback,
             )

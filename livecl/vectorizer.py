@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.drawing import Drawing, concatenate, empty_drawing
 from livecl.errors import LiveclError
 from livecl.image import over_background
-from livecl.objective import WEIGHT_PERIOD, Objective
+from livecl.objective import Objective
 from livecl.optimizers import decayed, settling
 from livecl.options import Options
 from livecl.placement import place_paths
@@ -27,8 +27,8 @@ from livecl.state import State
 from livecl.svg import quantize
 from livecl.untangle import untangle
 
-#: Steps after which the numbers of lines that flatten the segments are looked at again, the weight being made anew too.
-PIECES_PERIOD = 3 * WEIGHT_PERIOD
+#: Steps after which the numbers of lines that flatten the segments are looked at again.
+PIECES_PERIOD = 10
 #: Steps between two looks for outlines that cross themselves.
 UNTANGLE_PERIOD = 25
 #: Opacity from which on a fill is meant to be opaque.
@@ -224,6 +224,8 @@ class Vectorizer:
 
         points = drawing.points + state.points.step(gradients.points, rate(options.learning_rate, state.points.ages))
         color_rate = rate(options.color_learning_rate, state.colors.ages)
+        if options.hold_colors and state.stage < len(state.schedule) - 1:
+            color_rate = 0.0
         colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
         if options.opacity == "opaque":
             colors[:, 3] = drawing.colors[:, 3]
