@@ -36,9 +36,6 @@ class Options:
         What new paths look like; an outline is fitted to the region or component.
     settle : float
         Share of the learning rates left at the end of a stage, in whose second half they fall; 1 to keep them.
-    hold_colors : bool
-        Whether colours stay those of the regions until the last stage: trained early, a path takes the mean colour of
-        all that is not yet drawn on it (what the distance weight of the paper is against).
     revisions : int
         Rounds, at the end, that take out the least useful paths and place them anew, kept if the error falls.
     prune : float
@@ -86,7 +83,6 @@ class Options:
     placement: Literal["region", "component", "random"] = "region"
     shape: Literal["outline", "circle", "random"] = "outline"
     settle: float = 0.1
-    hold_colors: bool = False
     revisions: int = 8
     prune: float = 1e-6
     target_mse: float = 0.0
@@ -107,6 +103,8 @@ class Options:
     def __post_init__(self) -> None:
         for name, hint in get_type_hints(Options).items():
             value = getattr(self, name)
+            if hint is bool and not isinstance(value, bool):
+                raise ValueError(f"{name}: got {value!r}, wanted True or False")
             least = 0 if name == "revisions" else 1
             if hint is int and (isinstance(value, bool) or not isinstance(value, int) or value < least):
                 raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least {least}")
@@ -125,7 +123,10 @@ class Options:
         """Return the background that a run starts with, RGB in [0, 1]."""
         from livecl.svg import parse_color
 
-        red, green, blue = parse_color("white" if self.background == "train" else self.background)
+        try:
+            red, green, blue = parse_color("white" if self.background == "train" else self.background)
+        except ValueError as error:
+            raise ValueError(f"background: {str(error).removeprefix('color: ')}") from None
         return float(red), float(green), float(blue)
 
     def choosing_paths(self) -> Options:
@@ -166,7 +167,6 @@ _PAPER: dict[str, Any] = {
     "placement": "component",
     "shape": "circle",
     "settle": 1.0,
-    "hold_colors": False,
     "revisions": 0,
     "prune": 0.0,
     "target_mse": 0.0,

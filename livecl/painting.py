@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A picture in layers, into which a new layer can be tried at any depth.
 
-With C_k the picture of the background and the k lowest layers, and T_k the transmittance of all layers above them, a new
-layer of coverage v and colour c between the two changes the picture by
+With C_k the picture of the background and the k lowest layers, and T_k the transmittance of all layers above them, a
+new layer of coverage v and colour c between the two changes the picture by
 
     v T_k (c - C_k),
 

