@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-FloatArray = NDArray[np.float64]
+FloatArray = NDArray[np.floating[Any]]
 
 #: Numbers that grounds and transmittances of all depths may take: 256 MiB. A picture of more layers counts as one.
 MOST_NUMBERS = 1 << 26
@@ -62,14 +62,21 @@ class Painting:
         alphas: NDArray[Any],
         colors: NDArray[Any],
     ) -> None:
-        self.target = target.astype(np.float64)
+        self.target: NDArray[Any] = target.astype(np.float32)
         self._ids = list(range(len(colors)))
         self._fixed: list[int] = []
-        self._ground = np.broadcast_to(np.asarray(background, dtype=np.float64), self.target.shape)
-        self._alphas, self._colors = list(alphas), list(colors)
+        self._alphas = [np.asarray(alpha, dtype=np.float32) for alpha in alphas]
+        self._colors = [np.asarray(color, dtype=np.float32) for color in colors]
+        ground: NDArray[Any] = np.broadcast_to(np.asarray(background), self.target.shape)
         if (len(alphas) + 1) * self.target.size * 4 // 3 > MOST_NUMBERS:
-            self._fixed, self._ids, self._ground, self._alphas, self._colors = self._ids, [], image, [], []
-        self._composite()
+            self._fixed, self._ids, self._alphas, self._colors, ground = self._ids, [], [], [], image
+        grounds = [np.array(ground, dtype=np.float32)]
+        for alpha, color in zip(self._alphas, self._colors, strict=True):
+            grounds.append(_over(grounds[-1], alpha, color))
+        transmittances = [np.ones(self.target.shape[:2], np.float32)]
+        for alpha in reversed(self._alphas):
+            transmittances.append(transmittances[-1] * (1 - alpha))
+        self._grounds, self._transmittances = grounds, transmittances[::-1]
 
     @property
     def image(self) -> FloatArray:
@@ -88,11 +95,10 @@ class Painting:
 
     def try_layer(self, coverage: NDArray[Any], color: FloatArray) -> Trial:
         """Return a new layer at the depth where it removes most error."""
-        rows, columns = np.flatnonzero(coverage.any(axis=1)), np.flatnonzero(coverage.any(axis=0))
         top = len(self._ids)
-        if not len(rows):
+        window = _window(coverage)
+        if window is None:
             return Trial(top, coverage, color, 0.0)
-        window = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
         share = coverage[window]
         residual = self.target[window] - self.image[window]
         overlaps = np.array([float(np.sum(share * alpha[window])) for alpha in self._alphas])
@@ -100,24 +106,36 @@ class Painting:
         best = Trial(top, coverage, color, -np.inf)
         for depth in [top, *lower]:
             visible = share * self._transmittances[depth][window]
-            change = visible[..., None] * (color - self._grounds[depth][window])
+            change = visible[..., None] * (color.astype(np.float32) - self._grounds[depth][window])
             gain = float(np.sum(change * (2 * residual - change)))
             if gain > best.gain + (LEAST_ADVANTAGE * abs(best.gain) if best.depth == top and depth != top else 0.0):
                 best = Trial(depth, coverage, color, gain)
         return best
 
     def insert(self, trial: Trial) -> None:
-        """Put a new layer where it was tried."""
-        self._ids.insert(trial.depth, len(self._fixed) + len(self._ids))
-        self._alphas.insert(trial.depth, trial.coverage)
-        self._colors.insert(trial.depth, trial.color)
-        self._composite()
+        """Put a new layer where it was tried: only within its own window anything changes."""
+        depth, coverage, grounds = trial.depth, trial.coverage.astype(np.float32), self._grounds
+        self._ids.insert(depth, len(self._fixed) + len(self._ids))
+        self._alphas.insert(depth, coverage)
+        self._colors.insert(depth, trial.color.astype(np.float32))
+        grounds.insert(depth + 1, grounds[depth].copy())
+        self._transmittances.insert(depth, self._transmittances[depth].copy())
+        window = _window(coverage)
+        if window is None:
+            return
+        for k in range(depth, len(self._alphas)):
+            grounds[k + 1][window] = _over(grounds[k][window], self._alphas[k][window], self._colors[k])
+        for transmittance in self._transmittances[: depth + 1]:
+            transmittance[window] *= 1 - coverage[window]
 
-    def _composite(self) -> None:
-        grounds = [np.asarray(self._ground, dtype=np.float64)]
-        for alpha, color in zip(self._alphas, self._colors, strict=True):
-            grounds.append(grounds[-1] + alpha[..., None] * (color - grounds[-1]))
-        transmittances = [np.ones(self.target.shape[:2])]
-        for alpha in reversed(self._alphas):
-            transmittances.append(transmittances[-1] * (1 - alpha))
-        self._grounds, self._transmittances = grounds, transmittances[::-1]
+
+def _over(ground: NDArray[Any], alpha: NDArray[Any], color: NDArray[Any]) -> NDArray[Any]:
+    return np.asarray(ground + alpha[..., None] * (color - ground))
+
+
+def _window(coverage: NDArray[Any]) -> tuple[slice, slice] | None:
+    """Rows and columns that hold all that is covered."""
+    rows, columns = np.flatnonzero(coverage.any(axis=1)), np.flatnonzero(coverage.any(axis=0))
+    if not len(rows):
+        return None
+    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)

@@ -155,12 +155,12 @@ def _region_paths(
     painting: Painting, count: int, options: Options, coverage: Coverage, shape_of: Callable[[BoolArray], FloatArray]
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Paths that remove most error, one after the other, each put into the painting where it does best."""
-    finder = RegionFinder(painting.target, painting.image)
+    finder = RegionFinder(painting.target.astype(np.float64), painting.image.astype(np.float64))
     shapes = []
     for _ in range(count):
         shape, trial = _best_path(finder, painting, options, coverage, shape_of)
         painting.insert(trial)
-        shapes.append((shape, trial.color))
+        shapes.append((shape, trial.color.astype(np.float64)))
     return shapes
 
 
@@ -173,7 +173,7 @@ def _best_path(
 ) -> tuple[FloatArray, Trial]:
     best: tuple[FloatArray, Trial] | None = None
     best_mask = None
-    error = painting.error
+    error = painting.error.astype(np.float64)
     for number, region in enumerate(finder.best(error, MOST_CANDIDATES)):
         # No path can do better than the region itself.
         if best is not None and (region.gain <= best[1].gain or number >= CANDIDATES):

@@ -19,6 +19,9 @@ from livecl.placement import SMALL_REGION, Placement, place_paths
 
 FloatArray = NDArray[np.float64]
 
+#: A picture is held in single precision while layers are tried: a few roundings of numbers up to 1.
+SINGLE = 8 * 2.0**-24
+
 RED, GREEN, BLUE = (0.9, 0.1, 0.2), (0.1, 0.8, 0.3), (0.2, 0.3, 0.9)
 RED4 = (*RED, 1.0)
 
@@ -307,20 +310,20 @@ def test_a_trial_s_gain_is_what_compositing_again_would_show(seed: int) -> None:
     coverage = np.zeros((9, 11))
     coverage[2:8, 3:10] = rng.uniform(size=(6, 7))
     color = rng.uniform(size=3)
-    np.testing.assert_allclose(painting.image, _composite(background, alphas, colors), atol=1e-12)
-    np.testing.assert_allclose(painting.error, np.square(painting.target - painting.image).sum(axis=-1), atol=1e-12)
+    np.testing.assert_allclose(painting.image, _composite(background, alphas, colors), atol=SINGLE)
+    np.testing.assert_allclose(painting.error, np.square(painting.target - painting.image).sum(axis=-1), atol=SINGLE)
     gains = []
     for depth in range(5):
         inserted = [*alphas[:depth], coverage, *alphas[depth:]], [*colors[:depth], color, *colors[depth:]]
         image = _composite(background, *inserted)
         gains.append(painting.error.sum() - np.square(painting.target - image).sum())
     trial = painting.try_layer(coverage, color)
-    assert trial.gain == pytest.approx(gains[trial.depth], abs=1e-9)
+    assert trial.gain == pytest.approx(gains[trial.depth], abs=SINGLE * coverage.size * 3)
     # The best depth, but for the top where that is nearly as good.
     assert trial.depth == int(np.argmax(gains)) or (trial.depth == 4 and max(gains) <= gains[4] + 0.011 * abs(gains[4]))
     error = painting.error.sum()
     painting.insert(trial)
-    assert painting.error.sum() == pytest.approx(error - trial.gain, abs=1e-9)
+    assert painting.error.sum() == pytest.approx(error - trial.gain, abs=SINGLE * coverage.size * 3)
     assert painting.order.tolist() == [*range(trial.depth), 4, *range(trial.depth, 4)]
 
 
