@@ -14,7 +14,6 @@ from livecl.bezier import signed_area
 from livecl.drawing import concatenate, empty_drawing
 from livecl.metrics import layer_alphas
 from livecl.outline import circle
-from livecl.painting import Painting
 from livecl.placement import SMALL_REGION, Placement, place_paths
 
 FloatArray = NDArray[np.float64]
@@ -284,50 +283,3 @@ def test_several_paths_of_one_stage_are_ordered_among_themselves_too(place: Plac
     colors = concatenate(inner, placement.drawing).layer_subset(placement.order).colors[:, :3]
     found = [int(np.argmin(np.abs(np.array([RED, GREEN, BLUE]) - color).sum(axis=1))) for color in colors]
     assert sorted(found) == [0, 1, 2] and found.index(2) < found.index(0)
-
-
-def _painting(seed: int) -> tuple[Painting, list[FloatArray], list[FloatArray], FloatArray]:
-    """Return a painting of four layers of random alpha, these, their colours and the background."""
-    rng = np.random.default_rng(seed)
-    alphas = [rng.uniform(size=(9, 11)) * (rng.uniform(size=(9, 11)) < 0.6) for _ in range(4)]
-    colors, background = list(rng.uniform(size=(4, 3))), rng.uniform(size=3)
-    target = rng.uniform(size=(9, 11, 3))
-    image = _composite(background, alphas, colors)
-    return Painting(target, image, background, np.array(alphas), np.array(colors)), alphas, colors, background
-
-
-def _composite(background: FloatArray, alphas: list[FloatArray], colors: list[FloatArray]) -> FloatArray:
-    image = np.broadcast_to(background, (*alphas[0].shape, 3))
-    for alpha, color in zip(alphas, colors, strict=True):
-        image = image * (1 - alpha[..., None]) + alpha[..., None] * color
-    return image
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_trial_s_gain_is_what_compositing_again_would_show(seed: int) -> None:
-    painting, alphas, colors, background = _painting(seed)
-    rng = np.random.default_rng(seed + 50)
-    coverage = np.zeros((9, 11))
-    coverage[2:8, 3:10] = rng.uniform(size=(6, 7))
-    color = rng.uniform(size=3)
-    np.testing.assert_allclose(painting.image, _composite(background, alphas, colors), atol=SINGLE)
-    np.testing.assert_allclose(painting.error, np.square(painting.target - painting.image).sum(axis=-1), atol=SINGLE)
-    gains = []
-    for depth in range(5):
-        inserted = [*alphas[:depth], coverage, *alphas[depth:]], [*colors[:depth], color, *colors[depth:]]
-        image = _composite(background, *inserted)
-        gains.append(painting.error.sum() - np.square(painting.target - image).sum())
-    trial = painting.try_layer(coverage, color)
-    assert trial.gain == pytest.approx(gains[trial.depth], abs=SINGLE * coverage.size * 3)
-    # The best depth, but for the top where that is nearly as good.
-    assert trial.depth == int(np.argmax(gains)) or (trial.depth == 4 and max(gains) <= gains[4] + 0.011 * abs(gains[4]))
-    error = painting.error.sum()
-    painting.insert(trial)
-    assert painting.error.sum() == pytest.approx(error - trial.gain, abs=SINGLE * coverage.size * 3)
-    assert painting.order.tolist() == [*range(trial.depth), 4, *range(trial.depth, 4)]
-
-
-def test_a_trial_outside_the_canvas_gains_nothing() -> None:
-    painting, *_ = _painting(0)
-    trial = painting.try_layer(np.zeros((9, 11)), np.ones(3))
-    assert trial.gain == 0 and trial.depth == 4
