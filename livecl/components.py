@@ -52,8 +52,11 @@ def components(difference: FloatArray, options: Options) -> tuple[IntArray, IntA
     if not wanted.any():
         return np.zeros(difference.shape, np.int64), np.zeros(difference.shape, np.int64)
     # Bins of equal population: among the differences left, or (the released program) among all, the small ones being 0.
-    population = np.where(wanted, difference, 0.0) if options.variant == "released" else difference[wanted]
-    edges = np.unique(np.quantile(population, np.linspace(0, 1, options.bins + 1)))[1:-1]
+    shares = np.linspace(0, 1, options.bins + 1)
+    if options.variant == "released":
+        edges = np.unique(np.quantile(np.where(wanted, difference, 0.0), shares))[1:-1]
+    else:
+        edges = np.unique(np.quantile(difference[wanted], shares[1:-1]))
     bins = np.where(wanted, np.digitize(difference, edges) + 1, 0)
     return label(bins, background=0, connectivity=1), bins
 

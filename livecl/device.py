@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 from typing import Any
 
 import pyopencl as cl
@@ -104,7 +105,7 @@ def choose_device(spec: int | str | None = None) -> int:
     if spec is None:
         spec, source = os.environ.get(DEVICE_VARIABLE) or 0, DEVICE_VARIABLE
     text = str(spec).strip()
-    if text.lstrip("-").isdigit():
+    if re.fullmatch(r"-?[0-9]+", text):
         matching = [info for info in infos if info.index == int(text)]
     else:
         matching = [info for info in infos if text.lower() in f"{info.name}\n{info.platform}".lower()]

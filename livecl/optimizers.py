@@ -46,6 +46,10 @@ class Adam:
         """Return a copy of some of the rows, by index, mask or slice."""
         return Adam(self.mean[rows].copy(), self.square[rows].copy(), self.ages[rows].copy())
 
+    def forget(self, rows: Any) -> None:
+        """Return some of the rows to the state before their first step."""
+        self.mean[rows], self.square[rows], self.ages[rows] = 0, 0, 0
+
     def step(self, gradient: FloatArray, learning_rate: ArrayLike) -> FloatArray:
         """Take in a gradient and return the change of the parameters.
 

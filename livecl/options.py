@@ -117,6 +117,11 @@ class Options:
                 raise ValueError(f"{name}: got 0, wanted a positive number")
         if self.shape == "outline" and self.placement == "random":
             raise ValueError("shape: 'outline' needs a region to fit, so placement 'region' or 'component'")
+        if self.variant == "released" and (self.placement == "region" or self.revisions):
+            raise ValueError(
+                "variant: 'released' weighs the newest paths, which lie on top: it goes with placement 'component' or "
+                "'random', without revisions"
+            )
         self.background_color()
 
     def background_color(self) -> tuple[float, float, float]:

@@ -46,19 +46,19 @@ def parse_schedule(schedule: str | Sequence[int] | None, paths: int | str | None
     (1, 1, 2)
     """
     if paths == "auto":
-        if schedule is not None and schedule != "exp":
+        if not (schedule is None or (isinstance(schedule, str) and schedule == "exp")):
             raise ValueError("schedule: a list fixes the number of paths, so paths cannot be 'auto'")
         return growing_schedule(MOST_AUTO_PATHS)
     if paths is not None and (isinstance(paths, bool) or not isinstance(paths, int) or paths < 1):
         raise ValueError(f"paths: got {paths!r}, wanted a whole number of at least 1, or 'auto'")
-    if schedule is None or schedule == "exp":
+    if schedule is None or (isinstance(schedule, str) and schedule == "exp"):
         return growing_schedule(DEFAULT_PATHS if paths is None else paths)
     parts = schedule.split(",") if isinstance(schedule, str) else schedule
     try:
         stages = tuple(int(part) for part in parts)
         if any(int(part) != float(part) for part in parts):
             raise ValueError
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         stages = ()
     if not stages or min(stages) < 1:
         raise ValueError(f"schedule: got {schedule!r}, wanted 'exp' or positive whole numbers such as 1,1,2,4")

@@ -180,7 +180,16 @@ class State:
                 failures=facts["failures"],
                 fallback=fallback,
             )
-        except (OSError, KeyError, TypeError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile) as error:
+        except (
+            OSError,
+            LookupError,
+            TypeError,
+            ValueError,
+            AttributeError,
+            EOFError,
+            RuntimeError,
+            zipfile.BadZipFile,
+        ) as error:
             raise LiveclError(f"{os.fspath(path)!r} is not a saved state of livecl: {error}") from error
 
 

@@ -14,11 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.bezier import bernstein, evaluate, pieces_for, signed_area
+from livecl.crossings import CROSSING_AREA, crossing_area
 
 FloatArray = NDArray[np.float64]
 
 #: Distance px between curve and lines that crossings are looked for on.
 TOLERANCE = 0.02
+#: Lines of a segment at most: pairs of lines are looked at, all of them at once.
+MOST_PIECES = 64
 #: Crossings that are taken out of one outline at most.
 MOST_CROSSINGS = 24
 #: Newton steps from a crossing of lines to that of the curves.
@@ -59,7 +62,7 @@ def untangle(cubics: FloatArray) -> FloatArray:
 
 def find_crossing(cubics: FloatArray) -> Crossing | None:
     """Return a crossing of a closed outline (s, 4, 2) with itself, or None."""
-    counts = pieces_for(cubics, TOLERANCE)
+    counts = np.minimum(pieces_for(cubics, TOLERANCE), MOST_PIECES)
     segments = np.repeat(np.arange(len(cubics)), counts)
     steps = np.concatenate([np.arange(count) / count for count in counts])
     start = np.einsum("lk,lkd->ld", bernstein(steps), cubics[segments])
@@ -74,8 +77,10 @@ def find_crossing(cubics: FloatArray) -> Crossing | None:
     with np.errstate(divide="ignore", invalid="ignore"):
         s, t = _cross(between, other) / cross, _cross(between, along) / cross
         hits = np.flatnonzero((cross != 0) & (s > 0) & (s < 1) & (t > 0) & (t < 1))
-    if not len(hits):
-        return None
+        if not len(hits):  # a meeting at a corner of the lines is a crossing or a contact: the winding tells
+            hits = np.flatnonzero((cross != 0) & (s >= 0) & (s < 1) & (t >= 0) & (t < 1))
+            if not len(hits) or crossing_area(cubics) <= CROSSING_AREA:
+                return None
     k = hits[np.argmin((j - i)[hits])]  # the tightest loop first
     a, b = i[k], j[k]
     first, second = int(segments[a]), int(segments[b])
@@ -113,19 +118,17 @@ def _trim(cubics: FloatArray, crossing: Crossing) -> FloatArray:
         *cubics[:i],
         _part(cubics[i], 0, crossing.t),
     ]
-    keep_inner = abs(signed_area(np.array(inner))) > abs(signed_area(np.array(outer)))
-    kept = inner if keep_inner else outer
+    kept = inner if abs(signed_area(np.array(inner))) > abs(signed_area(np.array(outer))) else outer
     point = (kept[0][0] + kept[-1][3]) / 2
     kept[0] = np.concatenate([point[None], kept[0][1:]])
     kept[-1] = np.concatenate([kept[-1][:3], point[None]])
     if len(kept) > count:  # a loop of one segment: its two ends become one segment again
         kept = [*kept[1:-1], _joined(kept[-1], kept[0])]
-        return np.roll(kept, i - count + 1, axis=0)
-    whole = len(kept) == count
     while len(kept) < count:
         k = int(np.argmax([np.hypot(*(cubic[3] - cubic[0])) for cubic in kept]))
         kept[k : k + 1] = [_part(kept[k], 0, 0.5), _part(kept[k], 0.5, 1)]
-    return np.roll(kept, (i if keep_inner else j) if whole else 0, axis=0)
+    turns = [np.roll(kept, turn, axis=0) for turn in range(count)]
+    return max(turns, key=lambda turned: int((turned == cubics).all(axis=(1, 2)).sum()))  # as many in place as can be
 
 
 def _part(cubic: FloatArray, begin: float, end: float) -> FloatArray:

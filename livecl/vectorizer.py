@@ -158,6 +158,13 @@ class Vectorizer:
         elif growing and before - state.error < options.path_gain * state.schedule[state.stage - 1]:
             state.stage = len(state.schedule)
 
+    def best_drawing(self) -> Drawing:
+        """Return the drawing, or in the middle of a revision that has not paid yet, the one before it."""
+        state = self.state
+        if state.fallback is not None and self.mse(state.fallback.drawing) < self.mse(state.drawing):
+            return state.fallback.drawing
+        return state.drawing
+
     def _revised(self) -> int:
         """Number of paths that a revision places anew."""
         return max(1, self.state.drawing.num_layers // REVISED_SHARE)
@@ -196,14 +203,14 @@ class Vectorizer:
         return iteration == iterations or (2 * iteration > iterations and iteration % UNTANGLE_PERIOD == 0)
 
     def _untangle(self) -> None:
-        """Take the loops out of all outlines; what moves starts with moments of 0."""
+        """Take the loops out of all outlines; for Adam, what moves is new."""
         state, drawing = self.state, self.state.drawing
         points, cubics = drawing.points.copy(), drawing.cubics
         for first, end in itertools.pairwise(drawing.subpath_offsets):
             points[first:end] = untangle(cubics[first:end])[:, :3]
         moved = (points != drawing.points).any(axis=(1, 2))
         if moved.any():
-            state.points.mean[moved] = 0
+            state.points.forget(moved)
             state.drawing = drawing.moved(points, drawing.colors, drawing.background)
 
     def _choose_pieces(self) -> None:
@@ -352,7 +359,7 @@ def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = 
             before = outcomes.pop()
             steps, seconds = steps + before.iterations, seconds + before.seconds
         least = max(state.options.prune, state.options.path_gain) if vectorizer.finished else 0.0
-        drawing = needed_layers(quantize(state.drawing), vectorizer.rasterizer, vectorizer.target, least)
+        drawing = needed_layers(quantize(vectorizer.best_drawing()), vectorizer.rasterizer, vectorizer.target, least)
         outcomes.append(Stage(drawing, vectorizer.mse(drawing), steps, seconds))
     return outcomes
 

@@ -443,14 +443,12 @@ def test_the_paper_s_loss_is_its_equations_2_and_4(device: int) -> None:
         run_.end()
 
 
-@pytest.mark.parametrize("changes", [{}, {"placement": "region", "shape": "outline"}], ids=["components", "regions"])
-def test_the_program_s_loss_is_its_map_of_weights(changes: dict[str, Any], device: int) -> None:
+def test_the_program_s_loss_is_its_map_of_weights(device: int) -> None:
     # w = (10 - min(|d|, 10)) / 10 of the newest stage's paths together, scaled to a maximum of 1, to which the maps of
     # the stages before are added, as they were at their end; the sum is clipped to [0, 1].
-    # Paths placed by regions do not lie in the order of their stages. A shorter reach than 10 px leaves pixels for the
-    # later stages to differ in.
+    # A shorter reach than 10 px leaves pixels for the later stages to differ in.
     tau, target = 4.0, _pupil()
-    run_ = _new_run(Options.released(iterations=3, xing_weight=0.5, tau=tau, **changes), (1, 1, 2), device, target)
+    run_ = _new_run(Options.released(iterations=3, xing_weight=0.5, tau=tau), (1, 1, 2), device, target)
     kept = np.zeros((24, 24))
     for stage in range(3):
         run_.begin()
@@ -466,7 +464,6 @@ def test_the_program_s_loss_is_its_map_of_weights(changes: dict[str, Any], devic
             xing = xing_loss(drawing.cubics[np.isin(drawing.segment_layers, newest)])[0]
             assert run_.step() == pytest.approx(error + 0.5 * xing, rel=LOSS_TOLERANCE)
         run_.end()
-    assert (np.diff(run_.state.drawing.stages) < 0).any() == bool(changes)
 
 
 def test_learning_rates_fall_in_a_stage_and_with_the_age(device: int) -> None:
@@ -535,10 +532,17 @@ def test_a_run_stopped_in_a_revision_leaves_the_better_drawing(device: int) -> N
 
     result = vectorize(_three_shapes(), schedule=[1, 1, 1], options=options, device=device, on_step=on_step)
     assert len(before) == 121 and before[-1] > before[-2]
-    assert result.mse <= before[-2] * 1.01 + 2e-6  # rounding for the file
+    # For the file, colours are rounded by half of 1/255 at most: that much the root of the mean may grow.
+    assert np.sqrt(result.mse) <= np.sqrt(before[-2]) + 0.5 / 255
 
 
-@pytest.mark.parametrize("name", livecl.options.PRESETS)
+def test_the_program_s_weight_goes_with_paths_on_top_only() -> None:
+    for changes in ({"placement": "region"}, {"revisions": 1}):
+        with pytest.raises(ValueError, match=r"^variant: "):
+            Options.released(**changes)
+
+
+@pytest.mark.parametrize("name", set(livecl.options.PRESETS) - {"released"})
 def test_revisions_have_a_loss_to_train_on(name: str, device: int) -> None:
     losses: list[float] = []
     options = dataclasses.replace(livecl.options.PRESETS[name](), iterations=5, revisions=1)
