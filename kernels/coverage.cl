@@ -10,7 +10,8 @@
 //     coverage  = min(|A|, 1)
 //
 // Exact for the nonzero rule where the winding numbers inside one pixel are all in {0, 1}, all in {0, -1}, all >= 1 or all
-// <= -1; elsewhere (a self-crossing, a doubled outline) off by up to .25 (.5) in that pixel.
+// <= -1; elsewhere (a self-crossing, a doubled outline) off by up to .25 (.5) in that pixel, and by up to twice that where
+// windings of both signs meet in it.
 //
 // Only tiles that a line touches are stored by pixel (state EDGE); in any other tile A is the same whole number everywhere.
 #include "common.h"

@@ -61,7 +61,7 @@ def run_of(folder: Path, **changes: Any) -> runs.Run:
     return runs.Run(
         **{
             "picture": folder / "in" / "clip_red.png",
-            "method": parse_method("quick:iterations=2"),
+            "method": parse_method("quick:preset=paper,iterations=2"),
             "counts": (1, 2),
             "seed": 0,
             "device": None,
