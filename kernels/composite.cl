@@ -125,7 +125,9 @@ inline void tile_backward(Site site, int bottom, Objective objective, __global r
     }
 }
 
-// Backward for a given dL/dimage.
+// Backward for a given dL/dimage. From the top layer down, as derived in composite.h,
+//     d_color = a G'      d_a = G' . (c - C)      d_coverage = opacity d_a      d_opacity = coverage d_a,
+// each summed over the tile's pixels but for d_coverage; what is left of G at the bottom is d_background.
 //
 // params, spans, strip_offsets, winding, area  in, as in composite_forward       d_image  (CHANNELS, plane)  in
 // d_coverage  (num_tiles, TILE)  out, in EDGE tiles        d_colors  (num_tiles,)  out, dL/d(r, g, b, opacity) of the tile
