@@ -68,10 +68,12 @@ def find_crossing(cubics: FloatArray) -> Crossing | None:
     start = np.einsum("lk,lkd->ld", bernstein(steps), cubics[segments])
     end = np.roll(start, -1, axis=0)
     num_lines = len(start)
-    i, j = np.triu_indices(num_lines, 2)
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    near = ((low[i] <= high[j]) & (low[j] <= high[i])).all(axis=1) & ~((i == 0) & (j == num_lines - 1))
-    i, j = i[near], j[near]
+    (low_x, low_y), (high_x, high_y) = np.minimum(start, end).T, np.maximum(start, end).T
+    near = (low_x[:, None] <= high_x) & (low_x <= high_x[:, None])
+    near &= (low_y[:, None] <= high_y) & (low_y <= high_y[:, None])
+    i, j = np.nonzero(near)
+    apart = (j - i >= 2) & (j - i < num_lines - 1)  # lines that follow each other meet, and do not cross
+    i, j = i[apart], j[apart]
     along, other, between = end[i] - start[i], end[j] - start[j], start[j] - start[i]
     cross = _cross(along, other)
     with np.errstate(divide="ignore", invalid="ignore"):
