@@ -101,6 +101,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     try:
         arguments = build_parser().parse_args(argv)
+        if arguments.threads is not None:  # PoCL reads it once, when OpenCL is first used
+            os.environ["POCL_MAX_PTHREAD_COUNT"] = str(arguments.threads)
         if arguments.list_devices:
             _list_devices()
             return 0
@@ -168,6 +170,7 @@ def build_parser() -> argparse.ArgumentParser:
     add("--background", type=_background, metavar="COLOR", help="white, #rrggbb, or train to learn it")
     add("--seed", type=_whole(0), default=0, metavar="N", help="seed of all random choices (default: 0)")
     add("--device", metavar="D", help="OpenCL device: its index or a part of its name (default: $LIVECL_DEVICE)")
+    add("--threads", type=_whole(1), metavar="N", help="processor cores that PoCL may use (default: all)")
     add("--list-devices", action="store_true", help="list the OpenCL devices and exit")
     add("--stages", metavar="DIR", help="also write the drawing after each stage: DIR/stage-1.svg ...")
     add("--json", metavar="FILE", help="also write size, options, error and seconds as JSON")

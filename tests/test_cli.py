@@ -388,3 +388,12 @@ class TestTerminal:
         assert text.endswith("livecl: error: interrupted; nothing was written\r\n")
         assert "Traceback" not in text
         assert not Path("out.svg").exists()
+
+
+def test_threads_change_nothing_but_the_cores(folder: Path) -> None:
+    command = [sys.executable, "-m", "livecl", "in.png", "--paths", "2", "--iterations", "3", "-q"]
+    for threads in ("1", "2"):
+        script = [*command, "-o", f"{threads}.svg", "--threads", threads]
+        assert subprocess.run(script, env={**os.environ, "PYTHONPATH": str(ROOT)}, check=False).returncode == 0
+    assert Path("1.svg").read_bytes() == Path("2.svg").read_bytes()
+    assert cli.main(["in.png", "-o", "3.svg", "--threads", "0"]) == 2
