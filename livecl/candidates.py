@@ -15,7 +15,7 @@ from livecl.components import Place
 from livecl.drawing import Drawing
 from livecl.fitting import fit_outlines
 from livecl.options import Options
-from livecl.outline import border, circle, holes, random_outline, reversed_path
+from livecl.outline import border, circle, holes, random_outline, reversed_path, without_holes
 from livecl.painting import Painting, Trial
 from livecl.rasterizer import Rasterizer
 from livecl.regions import Region, RegionFinder
@@ -130,9 +130,7 @@ class _Judge:
         fills = [paint_of(region.color)]
         if fills[0][3] < 1:
             fills.append(paint_over(self._painting.image[region.mask].mean(axis=0), region.color))
-        from scipy.ndimage import binary_fill_holes
-
-        masks = [binary_fill_holes(region.mask)]
+        masks = [without_holes(region.mask)]
         if self._options.holes and self._options.shape == "outline":
             opened = self._opened(region, masks[0])
             if opened is not None:
