@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl import bezier
+from livecl.svg_coordinates import length_in_pixels
 
 FloatArray = NDArray[np.float64]
 
@@ -48,6 +49,44 @@ def path_outline(data: str) -> list[FloatArray]:
     if data[0] not in "Mm" or lexer.pos < lexer.limit:
         raise ValueError(f"path data {_excerpt(data, lexer.pos if data[0] in 'Mm' else 0)} cannot be read")
     return _closed(path)
+
+
+def shape_outline(tag: str, attributes: Mapping[str, str], viewport: tuple[float, float]) -> list[FloatArray]:
+    """Return the closed subpaths of a basic shape, px.
+
+    Parameters
+    ----------
+    tag : str
+        ``rect``, ``circle``, ``ellipse``, ``polygon``, ``polyline``; a ``line`` encloses nothing.
+    attributes : mapping of str
+        Its attributes, and properties of its style.
+    viewport : (float, float)
+        Width and height that percentages refer to, px.
+
+    Raises
+    ------
+    ValueError
+        If a length or the points cannot be read.
+    """
+    width, height = viewport
+    diagonal = math.hypot(width, height) / math.sqrt(2)
+
+    def length(name: str, reference: float, default: float = 0.0) -> float:
+        return length_in_pixels(attributes.get(name), default, reference)
+
+    if tag in ("polygon", "polyline"):
+        return polygon_outline(attributes.get("points", ""))
+    if tag == "circle":
+        radius = length("r", diagonal)
+        return ellipse_outline(length("cx", width), length("cy", height), radius, radius)
+    if tag not in ("rect", "ellipse"):
+        return []
+    rx, ry = length("rx", width, -1.0), length("ry", height, -1.0)
+    rx, ry = (ry if rx < 0 else rx), (rx if ry < 0 else ry)  # a radius not given is the other one
+    if tag == "ellipse":
+        return ellipse_outline(length("cx", width), length("cy", height), rx, ry)
+    sides = length("width", width), length("height", height)
+    return rectangle_outline(length("x", width), length("y", height), *sides, max(rx, 0.0), max(ry, 0.0))
 
 
 def polygon_outline(points: str) -> list[FloatArray]:

@@ -13,32 +13,26 @@ import math
 import os
 import re
 import warnings
-from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
-from xml.parsers import expat
 
 import numpy as np
 from numpy.typing import NDArray
 
 from livecl import bezier, svg_outline
+from livecl.colors import Rgba, parse_rgba, share
 from livecl.drawing import Drawing
 from livecl.errors import SvgError
 from livecl.svg_coordinates import canvas_size, length_in_pixels, transform_matrix, translation, view_box, view_matrix
-from livecl.svg_style import Rgba, StyleSheet, inherit, parse_rgba, share
+from livecl.svg_document import MAX_DEPTH, parse_document, read_document, tag_of
+from livecl.svg_style import StyleSheet, inherit
+from livecl.svg_writer import INKSCAPE_NAMESPACE, MAX_PRECISION, SVG_NAMESPACE, name_from_id
 
 FloatArray = NDArray[np.float64]
 
-SVG_NAMESPACE = "http://www.w3.org/2000/svg"
-INKSCAPE_NAMESPACE = "http://www.inkscape.org/namespaces/inkscape"
-#: Largest file read, bytes.
-MAX_BYTES = 50_000_000
 #: Most path data read, characters: some hundred thousand segments.
 MAX_PATH_DATA = 5_000_000
 #: Most elements visited, counted anew each time a <use> shows them.
 MAX_ELEMENTS = 100_000
-#: Deepest nesting followed.
-MAX_DEPTH = 100
 #: What a side of the canvas may exceed whole pixels by without one more, px: converted units are off by so little.
 NO_PIXEL = 1e-3
 
@@ -84,18 +78,10 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
         If the file cannot be read, is cut off, larger than 50 MB, refers to entities or other files, states no size,
         or holds a path without data or with numbers that are not finite.
     """
-    if isinstance(source, bytes):
-        name, data = "SVG data", source
-    else:
-        name = os.fspath(source)
-        try:
-            with Path(source).open("rb") as stream:
-                data = stream.read(MAX_BYTES + 1)
-        except OSError as error:
-            raise SvgError(f"{name}: {error.strerror or error}; check the path") from error
+    name, data = read_document(source)
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # what overflows is not finite, and refused where it shows
-            walker = _Walker(_parse(data))
+            walker = _Walker(parse_document(data))
             drawing = walker.drawing()
     except ValueError as error:
         raise SvgError(f"{name}: {error}") from error
@@ -105,49 +91,12 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     return drawing
 
 
-def _parse(data: bytes) -> ElementTree.Element:
-    """Return the root of an SVG document, refusing it before its tree is built where it could harm."""
-    if len(data) > MAX_BYTES:
-        raise ValueError(f"larger than {MAX_BYTES // 1_000_000} MB; remove embedded pictures or simplify its paths")
-
-    def refuse_entity(*_: Any) -> None:
-        raise ValueError("declares XML entities, which are not read; save it as plain SVG")
-
-    def refuse_definition(_: str, system_id: str | None, *__: Any) -> None:
-        if system_id and not re.match(r"https?://www\.w3\.org/", system_id):
-            raise ValueError("refers to a document type in another file; save it as plain SVG")
-
-    def refuse_sheet(target: str, _: str) -> None:
-        if target == "xml-stylesheet":
-            raise ValueError("takes its style from another file; save it with the style inside")
-
-    guard = expat.ParserCreate()
-    guard.StartDoctypeDeclHandler = refuse_definition
-    guard.EntityDeclHandler = refuse_entity
-    guard.ProcessingInstructionHandler = refuse_sheet
-    try:
-        guard.Parse(data, True)
-        root = ElementTree.fromstring(data)
-    except (expat.ExpatError, ElementTree.ParseError, LookupError) as error:
-        raise ValueError(f"not a whole XML document ({error}); save it again as plain SVG") from error
-    if _tag(root) != "svg":
-        raise ValueError(f"its outermost element is <{root.tag}>, wanted <svg>")
-    return root
-
-
-def _tag(element: ElementTree.Element) -> str | None:
-    """Name of an SVG element, with or without its namespace; None for one of another namespace."""
-    if element.tag.startswith("{"):
-        namespace, _, name = element.tag[1:].partition("}")
-        return name if namespace == SVG_NAMESPACE else None
-    return element.tag
-
-
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Layer:
     outline: list[FloatArray]
     color: Rgba
     stage: int
+    identifier: str
     name: str
 
     @property
@@ -177,7 +126,7 @@ class _Walker:
         self._num_elements = self._num_characters = 0
         sheets = []
         for element in root.iter():
-            tag = _tag(element) or ""
+            tag = tag_of(element) or ""
             self._ids.setdefault(element.get("id", ""), element)
             if tag == "style":
                 sheets.append("".join(element.itertext()))
@@ -199,17 +148,22 @@ class _Walker:
             layers = layers[1:]
         subpaths = [subpath for layer in layers for subpath in layer.outline]
         return Drawing(
-            points=np.concatenate([np.zeros((0, 3, 2)), *(subpath[:, :3] for subpath in subpaths)]),
+            # Relative coordinates that a reader has added up are rounded to what was written.
+            points=np.round(
+                np.concatenate([np.zeros((0, 3, 2)), *(subpath[:, :3] for subpath in subpaths)]), MAX_PRECISION
+            )
+            + 0.0,
             colors=np.array([layer.color for layer in layers]).reshape(-1, 4),
             size=(max(1, math.ceil(height - NO_PIXEL)), max(1, math.ceil(width - NO_PIXEL))),
             background=background,
             subpath_offsets=np.cumsum([0, *(len(subpath) for subpath in subpaths)]),
             layer_offsets=np.cumsum([0, *(len(layer.outline) for layer in layers)]),
             stages=np.array([layer.stage for layer in layers], dtype=np.int32),
+            names=[layer.name for layer in layers],
         )
 
     def _is_background(self, layer: _Layer) -> bool:
-        if layer.name != "background" or layer.color[3] < 1 or len(layer.outline) != 1:
+        if layer.identifier != "background" or layer.color[3] < 1 or len(layer.outline) != 1:
             return False
         x0, y0, x1, y1 = layer.bounds
         width, height = self._size
@@ -218,7 +172,7 @@ class _Walker:
         return bool(covers) and abs(bezier.signed_area(layer.outline[0])) >= box_area * (1 - 1e-9)
 
     def _walk(self, element: ElementTree.Element, around: _Context) -> None:
-        tag = _tag(element)
+        tag = tag_of(element)
         if tag not in _CONTAINERS and tag not in _SHAPES and tag not in _LEFT_OUT and tag != "use":
             return
         self._num_elements += 1
@@ -274,7 +228,7 @@ class _Walker:
         if label and element.get(f"{{{INKSCAPE_NAMESPACE}}}groupmode") == "layer":
             here = dataclasses.replace(here, stage=int(label[1]) - 1)
         for child in element:
-            if _tag(child) != "symbol":
+            if tag_of(child) != "symbol":
                 self._walk(child, here)
 
     def _walk_used(self, element: ElementTree.Element, here: _Context) -> None:
@@ -287,7 +241,7 @@ class _Walker:
             return
         width, height = here.viewport
         x, y = length_in_pixels(element.get("x"), 0.0, width), length_in_pixels(element.get("y"), 0.0, height)
-        if _tag(used) == "symbol":
+        if tag_of(used) == "symbol":
             viewport = (
                 length_in_pixels(element.get("width"), width, width),
                 length_in_pixels(element.get("height"), height, height),
@@ -296,7 +250,7 @@ class _Walker:
         self._walk(used, dataclasses.replace(here, matrix=here.matrix @ translation(x, y)))
 
     def _add_shape(self, element: ElementTree.Element, tag: str, own: dict[str, str], here: _Context) -> None:
-        name = element.get("id", "")
+        identifier = element.get("id", "")
         if here.style.get("visibility", "visible") != "visible":
             return
         try:
@@ -304,7 +258,7 @@ class _Walker:
             if not all(np.isfinite(subpath).all() for subpath in outline):
                 raise ValueError("coordinates are not finite")
         except ValueError as error:
-            raise ValueError(f"<{tag}{f' id={name!r}' if name else ''}>: {error}") from error
+            raise ValueError(f"<{tag}{f' id={identifier[:60]!r}' if identifier else ''}>: {error}") from error
         if self._is_stroked(here.style):
             self.left_out["strokes"] += 1
         color = self._fill(here)
@@ -314,36 +268,21 @@ class _Walker:
             outline, equal = svg_outline.nonzero_from_even_odd(outline)
             if not equal:
                 self.left_out["even-odd fills of crossing outlines"] += 1
-        self._layers.append(_Layer(outline=outline, color=color, stage=here.stage, name=name))
+        self._layers.append(
+            _Layer(
+                outline=outline, color=color, stage=here.stage, identifier=identifier, name=_name(element, identifier)
+            )
+        )
 
     def _outline(self, tag: str, own: dict[str, str], viewport: tuple[float, float]) -> list[FloatArray]:
-        width, height = viewport
-        diagonal = math.hypot(width, height) / math.sqrt(2)
-
-        def length(name: str, reference: float, default: float = 0.0) -> float:
-            return length_in_pixels(own.get(name), default, reference)
-
-        if tag == "path":
-            if "d" not in own:
-                raise ValueError("has no path data; give it a d attribute or remove it")
-            self._num_characters += len(own["d"])
-            if self._num_characters > MAX_PATH_DATA:
-                raise ValueError(f"more than {MAX_PATH_DATA} characters of path data; simplify the paths first")
-            return svg_outline.path_outline(own["d"])
-        if tag in ("polygon", "polyline"):
-            return svg_outline.polygon_outline(own.get("points", ""))
-        if tag == "rect":
-            rx, ry = length("rx", width, -1.0), length("ry", height, -1.0)
-            rx, ry = (max(0.0, ry) if rx < 0 else rx), (max(0.0, rx) if ry < 0 else ry)
-            sides = length("width", width), length("height", height)
-            return svg_outline.rectangle_outline(length("x", width), length("y", height), *sides, rx, ry)
-        if tag in ("circle", "ellipse"):
-            rx, ry = length("rx", width, -1.0), length("ry", height, -1.0)
-            rx, ry = (ry if rx < 0 else rx), (rx if ry < 0 else ry)
-            if tag == "circle":
-                rx = ry = length("r", diagonal)
-            return svg_outline.ellipse_outline(length("cx", width), length("cy", height), rx, ry)
-        return []  # a <line> encloses nothing
+        if tag != "path":
+            return svg_outline.shape_outline(tag, own, viewport)
+        if "d" not in own:
+            raise ValueError("has no path data; give it a d attribute or remove it")
+        self._num_characters += len(own["d"])
+        if self._num_characters > MAX_PATH_DATA:
+            raise ValueError(f"more than {MAX_PATH_DATA} characters of path data; simplify the paths first")
+        return svg_outline.path_outline(own["d"])
 
     def _is_stroked(self, style: dict[str, str]) -> bool:
         width = style.get("stroke-width", "1").strip()
@@ -371,6 +310,17 @@ class _Walker:
         opacity = alpha * _share_or_one(here.style.get("fill-opacity")) * here.opacity
         level = round(opacity * 255) / 255  # a saved opacity is a multiple of 1/255, written to five decimals
         return red, green, blue, level if abs(opacity - level) < 6e-6 else opacity
+
+
+def _name(element: ElementTree.Element, identifier: str) -> str:
+    """Return what a shape is called: its Inkscape label, or its title, or its id."""
+    title = element.find(f"{{{SVG_NAMESPACE}}}title")
+    texts = (
+        element.get(f"{{{INKSCAPE_NAMESPACE}}}label", ""),
+        "" if title is None else "".join(title.itertext()),
+        name_from_id(identifier),
+    )
+    return next((text for text in texts if text.strip()), "")
 
 
 def _share_or_one(text: str | None) -> float:

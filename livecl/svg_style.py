@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Colours and style declarations of SVG: CSS colours, simple style sheets, what an element inherits."""
+"""Style declarations of SVG: simple style sheets, what an element inherits."""
 
 from __future__ import annotations
 
-import colorsys
-import math
 import re
 from collections.abc import Iterable, Mapping
 from xml.etree.ElementTree import Element
@@ -12,55 +10,7 @@ from xml.etree.ElementTree import Element
 #: Properties that an element takes from its parent where it does not state them.
 INHERITED = ("color", "fill", "fill-opacity", "fill-rule", "stroke", "stroke-opacity", "stroke-width", "visibility")
 
-_HEX = re.compile(r"#([0-9a-f]{3,4}|[0-9a-f]{6}|[0-9a-f]{8})")
-_FUNCTION = re.compile(r"(rgb|hsl)a?\(([^()]*)\)")
 _SELECTOR = re.compile(r"(\*|[a-zA-Z][\w-]*)?((?:[.#][\w-]+)*)")
-
-Rgba = tuple[float, float, float, float]
-
-
-def parse_rgba(text: str) -> Rgba:
-    """Return the straight RGBA in [0, 1] of a CSS colour: a name, ``#`` and 3, 4, 6 or 8 digits, ``rgb()``, ``hsl()``.
-
-    Raises
-    ------
-    ValueError
-        If `text` is no such colour.
-    """
-    from PIL import ImageColor
-
-    word = text.strip().lower()
-    if word == "transparent":
-        return 0.0, 0.0, 0.0, 0.0
-    if word in ImageColor.colormap:
-        red, green, blue = ImageColor.getrgb(word)[:3]
-        return red / 255, green / 255, blue / 255, 1.0
-    if match := _HEX.fullmatch(word):
-        digits = match[1] if len(match[1]) > 4 else "".join(2 * digit for digit in match[1])
-        levels = bytes.fromhex(digits.ljust(8, "f"))
-        return levels[0] / 255, levels[1] / 255, levels[2] / 255, levels[3] / 255
-    if match := _FUNCTION.fullmatch(word):
-        parts = re.split(r"\s*[,/]\s*|\s+", match[2].strip())
-        if len(parts) in (3, 4):
-            try:
-                alpha = share(parts[3]) if len(parts) == 4 else 1.0
-                if match[1] == "rgb":
-                    return share(parts[0], 255.0), share(parts[1], 255.0), share(parts[2], 255.0), alpha
-                hue = float(parts[0].removesuffix("deg")) / 360 % 1
-                if math.isfinite(hue):
-                    return (*colorsys.hls_to_rgb(hue, share(parts[2], 100.0), share(parts[1], 100.0)), alpha)
-            except ValueError:
-                pass  # a part that is no number: reported like any other text that is no colour
-    raise ValueError(f"got {text!r}, wanted a colour: a CSS name such as 'white', '#rgb', '#rrggbb' or 'rgb(r, g, b)'")
-
-
-def share(text: str, whole: float = 1.0) -> float:
-    """Return a number of `whole`, or a percentage, as a share clipped to [0, 1]; ValueError where it is neither."""
-    text = text.strip()
-    value = float(text[:-1]) / 100 if text.endswith("%") else float(text) / whole
-    if math.isnan(value):
-        raise ValueError(f"got {text!r}, wanted a number or a percentage")
-    return min(max(value, 0.0), 1.0)
 
 
 class StyleSheet:
