@@ -171,7 +171,7 @@ def _format_subpath(points: FloatArray, precision: int) -> str:
 
 
 def _format_numbers(units: IntArray, precision: int) -> str:
-    """Return numbers of the last decimal, with a space only where the next number's sign or point does not part them."""
+    """Return numbers of the last decimal, spaced only where no sign or point parts them already."""
     numbers = [_format_decimal(number, precision) for number in units.reshape(-1).tolist()]
     parts = [
         number if number[0] == "-" or (number[0] == "." and "." in before) else " " + number

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from livecl import bezier, svg_reader
+from livecl import bezier, svg_document, svg_reader
 from livecl.drawing import Drawing
 from livecl.errors import SvgError
 from livecl.image import over_background, read_image
@@ -490,7 +490,7 @@ def test_size_limits(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(svg_reader, "MAX_PATH_DATA", 5)
     with pytest.raises(SvgError, match="simplify"):
         read_svg(path)
-    monkeypatch.setattr(svg_reader, "MAX_BYTES", 20)
+    monkeypatch.setattr(svg_document, "MAX_BYTES", 20)
     with pytest.raises(SvgError, match="larger than"):
         read_svg(path)
 
