@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 Rgba = tuple[float, float, float, float]
 FloatArray = NDArray[np.float64]
 
+#: Longest text read as a colour, characters.
+MAX_TEXT = 200
+
 _HEX = re.compile(r"#([0-9a-f]{3,4}|[0-9a-f]{6}|[0-9a-f]{8})")
 _FUNCTION = re.compile(r"(rgb|hsl)a?\(([^()]*)\)")
 
@@ -62,7 +65,7 @@ def parse_rgba(text: str) -> Rgba:
     """
     from PIL import ImageColor
 
-    word = text.strip().lower()
+    word = text.strip().lower() if len(text) <= MAX_TEXT else ""
     if word == "transparent":
         return 0.0, 0.0, 0.0, 0.0
     if word in ImageColor.colormap:
@@ -84,7 +87,9 @@ def parse_rgba(text: str) -> Rgba:
                     return (*colorsys.hls_to_rgb(hue, share(parts[2], 100.0), share(parts[1], 100.0)), alpha)
             except ValueError:
                 pass  # a part that is no number: reported like any other text that is no colour
-    raise ValueError(f"got {text!r}, wanted a colour: a CSS name such as 'white', '#rgb', '#rrggbb' or 'rgb(r, g, b)'")
+    raise ValueError(
+        f"got {text[:MAX_TEXT]!r}, wanted a colour: a CSS name such as 'white', '#rgb', '#rrggbb' or 'rgb(r, g, b)'"
+    )
 
 
 def parse_color(text: str) -> FloatArray:

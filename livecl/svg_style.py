@@ -13,6 +13,12 @@ INHERITED = ("color", "fill", "fill-opacity", "fill-rule", "stroke", "stroke-opa
 _SELECTOR = re.compile(r"(\*|[a-zA-Z][\w-]*)?((?:[.#][\w-]+)*)")
 
 
+#: Most comparisons of elements with rules, so that no file takes minutes.
+MAX_COMPARISONS = 5_000_000
+
+_Declarations = dict[str, str]
+
+
 class StyleSheet:
     """Rules of a document's ``<style>`` elements whose selectors are ``*``, ``tag``, ``.class``, ``#id`` or joined so.
 
@@ -25,9 +31,13 @@ class StyleSheet:
     def __init__(self, texts: Iterable[str]) -> None:
         self.num_unknown = 0
         """Number of rules that were not understood: combinators, pseudo-classes, at-rules."""
-        self._rules: list[tuple[tuple[int, int], str, frozenset[str], dict[str, str]]] = []
+        self._num_comparisons = 0
+        self._rules: list[tuple[tuple[int, int], str, frozenset[str], tuple[_Declarations, _Declarations]]] = []
         for text in texts:
-            for rule in re.sub(r"/\*.*?(\*/|$)", " ", text, flags=re.DOTALL).split("}"):
+            text = re.sub(r"/\*.*?(\*/|$)|@charset[^;{}]*;", " ", text, flags=re.DOTALL)
+            text, num_statements = re.subn(r"@[^;{}]*;", " ", text)
+            self.num_unknown += num_statements
+            for rule in text.split("}"):
                 selectors, brace, body = rule.partition("{")
                 if brace:
                     self._add(selectors, _declarations(body))
@@ -35,7 +45,7 @@ class StyleSheet:
                     self.num_unknown += 1
         self._rules.sort(key=lambda rule: rule[0])  # stable: later rules win among equals
 
-    def _add(self, selectors: str, declarations: dict[str, str]) -> None:
+    def _add(self, selectors: str, declarations: tuple[_Declarations, _Declarations]) -> None:
         for selector in selectors.split(","):
             match = _SELECTOR.fullmatch(selector.strip())
             if not match or not selector.strip():
@@ -48,13 +58,25 @@ class StyleSheet:
             self._rules.append((weight, tag, marks, declarations))
 
     def declarations(self, element: Element, tag: str) -> dict[str, str]:
-        """Return an element's own properties: its attributes, beneath matching rules, beneath its style attribute."""
+        """Return an element's own properties.
+
+        From the weakest: its attributes, rules that match, its style attribute, and what is ``!important`` of both.
+        """
+        self._num_comparisons += len(self._rules)
+        if self._num_comparisons > MAX_COMPARISONS:
+            raise ValueError(f"{len(self._rules)} style rules for too many elements; save it without a style sheet")
         own = {name: value.strip() for name, value in element.attrib.items() if not name.startswith("{")}
         marks = {f".{name}" for name in own.get("class", "").split()} | {f"#{own.get('id', '')}"}
-        for _, wanted_tag, wanted_marks, declarations in self._rules:
-            if wanted_tag in ("", tag) and wanted_marks <= marks:
-                own.update(declarations)
-        own.update(_declarations(own.get("style", "")))
+        matching = [
+            declarations
+            for _, wanted_tag, wanted_marks, declarations in self._rules
+            if wanted_tag in ("", tag) and wanted_marks <= marks
+        ]
+        if "style" in own:
+            matching.append(_declarations(own["style"]))
+        for important in (False, True):
+            for declarations in matching:
+                own.update(declarations[important])
         return own
 
 
@@ -67,10 +89,12 @@ def inherit(parent: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]
     return style
 
 
-def _declarations(text: str) -> dict[str, str]:
-    found = {}
+def _declarations(text: str) -> tuple[_Declarations, _Declarations]:
+    """Return the declarations of a rule or a style attribute, those that are ``!important`` apart."""
+    found: tuple[_Declarations, _Declarations] = {}, {}
     for declaration in text.split(";"):
         name, colon, value = declaration.partition(":")
+        value, mark, _ = value.partition("!")
         if colon:
-            found[name.strip().lower()] = value.replace("!important", "").strip()
+            found[bool(mark)][name.strip().lower()] = value.strip()
     return found

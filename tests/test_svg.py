@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -137,6 +137,7 @@ def test_round_trip_of_plain_files_keeps_all_but_stages(precision: int) -> None:
     assert format_svg(back, precision, "plain") == text
 
 
+@settings(deadline=None, derandomize=True)
 @given(st.lists(st.text(), min_size=1, max_size=5), st.sampled_from(["inkscape", "plain"]))
 def test_any_name_comes_back(names: list[str], layers: LayerStyle) -> None:
     """Names of hostile files: quotes, markup, control characters, surrogates, and the forms of this program's ids."""

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import math
+import re
+import time
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from livecl import bezier, svg_document, svg_reader
+from livecl import bezier, svg_document, svg_walker
 from livecl.drawing import Drawing
 from livecl.errors import SvgError
 from livecl.image import over_background, read_image
@@ -245,7 +247,8 @@ def test_use_symbol_and_nested_svg() -> None:
         '<defs><g id="a" fill="red"><rect x="1" y="2" width="3" height="4"/></g>'
         '<symbol id="s" viewBox="0 0 6 8"><rect x="1" y="2" width="3" height="4"/></symbol></defs>'
         '<use xlink:href="#a" x="10" y="20"/><use href="#s" width="12" height="16" fill="#0f0"/>'
-        '<svg x="50" y="60" width="60" height="80" viewBox="0 0 6 8"><use href="#a" transform="scale(2)"/></svg>'
+        '<svg x="50" y="60" width="60" height="80" viewBox="0 0 6 8" overflow="visible">'
+        '<use href="#a" transform="scale(2)"/></svg>'
     )
     assert_points(drawing, shifted(SQUARE, 10, 20), SQUARE * 2, shifted(SQUARE * 20, 50, 60))
     np.testing.assert_array_equal(drawing.colors, [[1, 0, 0, 1], [0, 1, 0, 1], [1, 0, 0, 1]])
@@ -268,7 +271,9 @@ RECT = '<rect width="9" height="9" {}/>'
         ('fill="inherit"', (0, 0.5, 0, 1)),
         ('class="warm"', (1, 0, 0, 1)),
         ('class="cold warm" fill="lime"', (0, 0, 1, 1)),
-        ('id="named" class="cold"', (1, 1, 0, 1)),
+        ('id="named"', (1, 1, 0, 1)),
+        ('id="named" class="cold" style="fill:lime"', (0, 0, 1, 1)),
+        ('class="warm" style="fill:lime!important"', (0, 1, 0, 1)),
     ],
 )
 def test_colours(attributes: str, rgba: Sequence[float]) -> None:
@@ -478,16 +483,129 @@ def test_refused_documents(data: bytes, words: str) -> None:
 
 
 def test_bombs_of_use_elements_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(svg_reader, "MAX_ELEMENTS", 500)
+    monkeypatch.setattr(svg_walker, "MAX_ELEMENTS", 500)
     levels = "".join(f'<g id="l{i + 1}">' + f'<use href="#l{i}"/>' * 10 + "</g>" for i in range(12))
     with pytest.raises(SvgError, match="elements"):
         read_svg(document(f'<rect id="l0" width="5" height="5"/>{levels}'))
 
 
+@pytest.mark.parametrize(
+    "body",
+    [
+        '<path d="{}"/>'.format("M0 0h1v1z" * 20_000),
+        '<path fill-rule="evenodd" d="{}"/>'.format("M0 0h5v5z" * 20_000),
+        '<path fill-rule="evenodd" d="{}"/>'.format("M0 0C9 9 0 9 9 0" * 20_000),
+        '<rect width="5" height="5" stroke="red" stroke-width="{}1"/>'.format("0" * 200_000),
+        '<rect width="5" height="5" fill="rgb({}1)"/>'.format(" " * 200_000),
+        "<style>{}</style>".format("/*" * 200_000),
+        '<g opacity=".5">{}</g>'.format('<rect width="5" height="5"/>' * 3_000),
+        '<rect width="5" height="5"><title>{}</title></rect>'.format("a " * 1_000_000),
+    ],
+)
+def test_much_of_the_same_is_read_quickly(body: str) -> None:
+    """Each would take minutes, were time to grow with the square of the length; 20 s leave room for a busy machine."""
+    start = time.process_time()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert read_svg(document(body)).num_layers <= 3_000
+    assert time.process_time() - start < 20
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("<g>" * 100_000 + "</g>" * 100_000, "nested deeper than 100"),
+        ("<b/>" * 100_001, "more than 100000 elements"),
+        ('<path d="{}"/>'.format("M0 0h1v1z" * 300_000), "characters of path data"),
+        ('<rect width="{}!" height="5"/>'.format("1" * 200_000), "length '111"),
+        ("<style>{}</style>{}".format("*{fill:red}" * 5_000, "<g/>" * 5_000), "style rules for too many elements"),
+        (
+            "".join(f'<g id="a{i}"><use href="#a{i + 1}"/><use href="#a{i + 1}"/></g>' for i in range(40)),
+            "more than 100000 elements",
+        ),
+        ('<svg viewBox="0 0 0 9"/>', "viewBox '0 0 0 9' has no area"),
+        ('<symbol id="s" viewBox="0 0 9 -1"/><use href="#s"/>', "viewBox '0 0 9 -1' has no area"),
+        ('<rect width="1e400" height="5"/>', "not finite"),
+        ('<circle r="NaN"/>', "length 'NaN'"),
+        ('<polygon points="0 0 1e400 5 6 7"/>', "not finite"),
+        ('<rect width="5" height="5" transform="scale(1e400)"/>', "transform 'scale(1e400)' is not finite"),
+    ],
+)
+def test_too_much_is_refused_quickly(body: str, words: str) -> None:
+    start = time.process_time()
+    with pytest.raises(SvgError, match=re.escape(words)) as caught:
+        read_svg(document(body))
+    assert len(str(caught.value)) < 300
+    assert time.process_time() - start < 20
+
+
+def test_a_file_over_the_limit_is_not_read_whole(tmp_path: Path) -> None:
+    path = tmp_path / "large.svg"
+    with path.open("wb") as stream:
+        stream.truncate(10**12)  # takes no space
+    with pytest.raises(SvgError, match=r"large\.svg: larger than 50 MB"):
+        read_svg(path)
+
+
+def test_layers_that_leave_their_viewport_are_named() -> None:
+    inner = '<svg x="5" y="5" width="20" height="20"{}><rect width="{}" height="20"/></svg>'
+    assert read(inner.format("", 20)).num_layers == 1
+    assert read(inner.format(' overflow="visible"', 21)).num_layers == 1
+    assert left_out(inner.format("", 21))[1] == "clips (1)"
+    symbol = (
+        '<symbol id="s" viewBox="0 0 9 9"><rect width="10" height="5"/></symbol><use href="#s" width="9" height="9"/>'
+    )
+    assert left_out(symbol)[1] == "clips (1)"
+
+
+def test_use_states_the_size_of_an_svg() -> None:
+    drawing = read(
+        '<defs><svg id="s" viewBox="0 0 2 2" width="9"><rect width="2" height="2"/></svg></defs>'
+        '<use href="#s" x="1" width="10" height="10"/>'
+    )
+    assert_points(drawing, lines((1, 0), (11, 0), (11, 10), (1, 10)))
+
+
+def test_switch_shows_the_first_that_fits() -> None:
+    drawing = read(
+        '<switch><foreignObject requiredExtensions="x"/><rect systemLanguage="de, fr" width="1" height="1"/>'
+        '<rect systemLanguage="de,en-GB" width="2" height="2"/><rect width="3" height="3"/></switch>'
+    )
+    assert_points(drawing, lines((0, 0), (2, 0), (2, 2), (0, 2)))
+
+
+def test_transform_origins_are_named() -> None:
+    assert read(RECT.format('transform-origin="5 5"')).num_layers == 1
+    assert left_out(RECT.format('transform-origin="5 5" transform="rotate(9)"'))[1] == "transform origins (1)"
+
+
+def test_at_rules_do_not_swallow_the_rule_behind_them() -> None:
+    sheet = '<style>@charset "utf-8"; @import url(a.css); rect {{fill: red}}</style>'
+    drawing, names = left_out(sheet.replace("{{", "{").replace("}}", "}") + RECT.format(""))
+    assert names == "style rules (1)"
+    np.testing.assert_array_equal(drawing.colors, [[1, 0, 0, 1]])
+
+
+def test_names() -> None:
+    """The label, or the title, or the id; without line breaks, and with the spaces of this program's own ids."""
+    bodies = {
+        '<rect {} id="a" inkscape:label="the &lt;b&gt; layer"><title>t</title></rect>': "the <b> layer",
+        '<rect {} id="a"><title> some\n <tspan>title</tspan></title></rect>': "some title",
+        '<rect {} id="a"><title> </title></rect>': "a",
+        '<rect {} id="layer-07-dark-blue-left"/>': "layer-07 dark blue left",
+        "<rect {}/>": "",
+    }
+    drawing = read(
+        "".join(bodies).replace("{}", 'width="5" height="5"'),
+        'width="9" height="9" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"',
+    )
+    assert drawing.names == tuple(bodies.values())
+
+
 def test_size_limits(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     path = tmp_path / "large.svg"
     path.write_bytes(document('<path d="M1 2H4V6H1z"/>'))
-    monkeypatch.setattr(svg_reader, "MAX_PATH_DATA", 5)
+    monkeypatch.setattr(svg_walker, "MAX_PATH_DATA", 5)
     with pytest.raises(SvgError, match="simplify"):
         read_svg(path)
     monkeypatch.setattr(svg_document, "MAX_BYTES", 20)

@@ -4,8 +4,8 @@
 
 Each file is read, rendered, and compared with resvg's picture of the file itself, in premultiplied RGBA. Renderers
 differ where outlines cross pixels, so the squared difference is given per pixel of outline (`edge`), and the largest
-difference (`flat`, in levels of 255) where no outline is within a pixel. Files worst first, those read without a warning
-before the others; then how many differ.
+difference (`flat`, in levels of 255) where no outline is within a pixel. Files worst first, those read without a
+warning before the others; then how many differ.
 """
 
 import argparse
@@ -28,9 +28,9 @@ from livecl.drawing import Drawing
 from livecl.errors import SvgError
 from livecl.rasterizer import render
 
-#: Mean squared difference at a pixel that an outline crosses. resvg samples coverage on a grid of 4 x 4 a pixel: an edge
-#: is placed to a quarter of a pixel, which errs by 1/4 / sqrt(12) in the mean square for edges along the grid, and by less
-#: for others.
+#: Mean squared difference at a pixel that an outline crosses. resvg samples coverage on a grid of 4 x 4 a pixel: an
+#: edge is placed to a quarter of a pixel, which errs by 1/4 / sqrt(12) in the mean square for edges along the grid, and
+#: by less for others.
 EDGE = 0.25**2 / 12
 #: Largest difference elsewhere, levels of 255: both round a colour, and resvg each blending.
 FLAT = 2.5
@@ -147,9 +147,8 @@ def main() -> int:
     found.sort(key=lambda item: (bool(item.warning), -item.edge, -item.flat))
     print("| file | layers | MSE | edge | flat | not read |\n|---|--:|--:|--:|--:|---|")
     for item in found[: arguments.rows]:
-        print(
-            f"| {item.path} | {item.layers} | {item.mse:.2g} | {item.edge:.2g} | {item.flat:.1f} | {item.warning[:200]} |"
-        )
+        facts = f"{item.layers} | {item.mse:.2g} | {item.edge:.2g} | {item.flat:.1f} | {item.warning[:200]}"
+        print(f"| {item.path} | {facts} |")
     plain = [item for item in found if not item.warning]
     differing = [item for item in plain if item.differs]
     refused = sum(item.warning.startswith("refused") for item in found)
