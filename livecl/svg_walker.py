@@ -34,7 +34,7 @@ _CONTAINERS = {"svg", "g", "a", "switch", "symbol"}
 _SHAPES = {"path", "rect", "circle", "ellipse", "polygon", "polyline", "line"}
 _LEFT_OUT = {"text": "text", "image": "images", "foreignObject": "foreign objects"}
 _KNOWN = _CONTAINERS | _SHAPES | _LEFT_OUT.keys() | {"use"}
-_STAGE = re.compile(r"stage (-?\d{1,9})")
+_STAGE_LABEL, _STAGE_ID = re.compile(r"stage (-?\d{1,9})"), re.compile(r"stage-(-?\d{1,9})(-\d+)?")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -146,9 +146,8 @@ class Walker:
             self.left_out["group opacity over overlapping shapes"] += 1
 
     def _walk_children(self, element: Element, here: _Context) -> None:
-        label = _STAGE.fullmatch(element.get(f"{{{INKSCAPE_NAMESPACE}}}label", ""))
-        if label and element.get(f"{{{INKSCAPE_NAMESPACE}}}groupmode") == "layer":
-            here = dataclasses.replace(here, stage=int(label[1]) - 1)
+        if tag_of(element) == "g" and (stage := _stage(element)):
+            here = dataclasses.replace(here, stage=int(stage[1]) - 1)
         children = [child for child in element if tag_of(child) in _KNOWN - {"symbol"}]
         if tag_of(element) == "switch":
             children = [child for child in children if _is_for_us(child)][:1]
@@ -237,6 +236,15 @@ def _name(element: Element, identifier: str) -> str:
         name_from_id(identifier),
     )
     return next((text for text in texts if text.strip()), "")
+
+
+def _stage(element: Element) -> re.Match[str] | None:
+    """Match the stage that a group holds: in Inkscape's label, or, saved without Inkscape's attributes, in its id."""
+    label = element.get(f"{{{INKSCAPE_NAMESPACE}}}label")
+    if label is None:
+        return _STAGE_ID.fullmatch(element.get("id", ""))
+    is_layer = element.get(f"{{{INKSCAPE_NAMESPACE}}}groupmode") == "layer"
+    return _STAGE_LABEL.fullmatch(label) if is_layer else None
 
 
 def _is_for_us(element: Element) -> bool:

@@ -23,6 +23,11 @@ _FLAGS = [
 _MARGIN = 200
 
 
+def program() -> str | None:
+    """Return Chromium's path, where it is installed."""
+    return shutil.which("chromium") or shutil.which("chromium-browser")
+
+
 def screenshot(
     url_or_path: str | Path, size: tuple[int, int], background: str = "ffffffff", seconds: float = 90
 ) -> NDArray[np.float32]:
@@ -30,14 +35,13 @@ def screenshot(
 
     `background` is the RGBA beneath the page, in hexadecimal. Skips the test where Chromium is absent.
     """
-    program = shutil.which("chromium") or shutil.which("chromium-browser")
-    if program is None:
+    if (chromium := program()) is None:
         pytest.skip("Chromium is not installed")
     url = url_or_path.resolve().as_uri() if isinstance(url_or_path, Path) else url_or_path
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         picture = Path(folder) / "picture.png"
         command = [
-            program,
+            chromium,
             *_FLAGS,
             f"--user-data-dir={folder}/profile",
             f"--default-background-color={background}",
