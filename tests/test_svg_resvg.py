@@ -22,7 +22,7 @@ FILES = sorted((Path(__file__).parent / "svg").glob("*.svg"))
 
 @pytest.mark.parametrize("path", FILES, ids=[path.stem for path in FILES])
 def test_shown_as_resvg_shows_it(path: Path) -> None:
-    """Read without a warning; the bounds per pixel of outline, and away from outlines, are derived in the tool."""
+    """Read without a warning; the tool derives the bounds. The files' edges lie anywhere: a third of the worst."""
     pytest.importorskip("resvg_py")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -30,10 +30,9 @@ def test_shown_as_resvg_shows_it(path: Path) -> None:
     picture = compare_svg.shown_by_resvg(path.read_text())
     assert picture.shape[:2] == drawing.size
     assert (picture[..., 3] > 0).mean() > 0.05
-    mse, edge, flat = compare_svg.differences(drawing, picture)
-    assert edge < compare_svg.EDGE
+    _, edge, flat = compare_svg.differences(drawing, picture)
+    assert edge < compare_svg.EDGE / 3
     assert flat < compare_svg.FLAT
-    assert mse < 2e-4  # the outlines of these small pictures pass through 3 to 20 % of the pixels; see EDGE
 
 
 @pytest.mark.parametrize("layers", ["inkscape", "plain"])
@@ -50,7 +49,7 @@ def test_the_measure_sees_what_is_wrong() -> None:
     picture = compare_svg.rendered(drawing)
     assert compare_svg.differences(drawing, picture) == (0, 0, 0)
     moved = drawing.replace(points=drawing.points + 0.25)
-    assert compare_svg.differences(moved, picture)[1] > compare_svg.EDGE / 2
+    assert compare_svg.differences(moved, picture)[1] > compare_svg.EDGE
     filled = drawings.build([(ring[:1], (0.2, 0.4, 0.6, 1.0))], (40, 40), None)
     assert compare_svg.differences(filled, picture)[2] == 255
     colors = drawing.colors + np.array([0.02, 0, 0, 0])

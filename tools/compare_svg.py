@@ -28,10 +28,10 @@ from livecl.drawing import Drawing
 from livecl.errors import SvgError
 from livecl.rasterizer import render
 
-#: Mean squared difference at a pixel that an outline crosses. resvg samples coverage on a grid of 4 x 4 a pixel: an
-#: edge is placed to a quarter of a pixel, which errs by 1/4 / sqrt(12) in the mean square for edges along the grid, and
-#: by less for others.
-EDGE = 0.25**2 / 12
+#: Squared difference at a pixel that an outline crosses, for a step from 0 to 1. resvg and skia sample coverage on a
+#: grid of 4 x 4 a pixel, so an edge lies up to an eighth of a pixel from its place; where edges lie anywhere, the mean
+#: square is a third of that.
+EDGE = 0.125**2
 #: Largest difference elsewhere, levels of 255: both round a colour, and resvg each blending.
 FLAT = 2.5
 #: Largest side compared, px.
