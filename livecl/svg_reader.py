@@ -40,14 +40,14 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     Returns
     -------
     Drawing
-        A layer for each shape, bottom first; the background is that of a rectangle ``id="background"`` which covers
-        the canvas beneath them, and None without one.
+        A layer for each shape, bottom first, called by its Inkscape label, title or id; the background is that of a
+        rectangle ``id="background"`` which covers the canvas beneath them, and None without one.
 
     Raises
     ------
     SvgError
-        If the file cannot be read, is cut off, larger than 50 MB, refers to entities or other files, states no size,
-        or holds a path without data or with numbers that are not finite.
+        If the file cannot be read, is cut off, too large or nested too deep, refers to entities or other files, states
+        no size, or holds a path without data or with numbers that are not finite.
     """
     name, data = read_document(source)
     try:

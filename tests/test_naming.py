@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import drawings
 import numpy as np
@@ -13,6 +14,8 @@ from livecl import bezier
 from livecl.colors import BASIC_COLORS, color_names, format_rgb, oklab, parse_color
 from livecl.drawing import Drawing, concatenate, empty_drawing
 from livecl.naming import MAX_NAME, clean_name, layer_centers
+from livecl.options import Options
+from livecl.state import State
 
 ORANGE, WHITE, NAVY = (1.0, 0.5, 0.0, 1.0), (1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 128 / 255, 1.0)
 
@@ -144,6 +147,12 @@ def test_names_are_carried() -> None:
     assert concatenate(drawing, three_layers()).names == ("a", "b", "c", "", "", "")
     assert drawing.replace(background=None).names == ("a", "b", "c")
     assert drawing.moved(drawing.points + 1, drawing.colors, None).names == ("a", "b", "c")
+
+
+def test_names_survive_a_saved_state(tmp_path: Path) -> None:
+    for drawing in (three_layers().replace(names=["a", "", "目 <b>"]), empty_drawing((3, 3))):
+        State.start(drawing, Options(), (1,), 0).save(tmp_path / "run.state")
+        assert State.load(tmp_path / "run.state").drawing.names == drawing.names
 
 
 @pytest.mark.parametrize(

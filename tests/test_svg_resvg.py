@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import livecl
+from livecl.svg import LayerStyle, format_svg
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
 
@@ -36,10 +37,10 @@ def test_shown_as_resvg_shows_it(path: Path) -> None:
 
 
 @pytest.mark.parametrize("layers", ["inkscape", "plain"])
-def test_drawn_files_come_back_the_same(layers: livecl.svg.LayerStyle) -> None:
+def test_drawn_files_come_back_the_same(layers: LayerStyle) -> None:
     for path in FILES:
-        text = livecl.svg.format_svg(livecl.read_svg(path), layers=layers)
-        assert livecl.svg.format_svg(livecl.read_svg(text.encode()), layers=layers) == text, path.stem
+        text = format_svg(livecl.read_svg(path), layers=layers)
+        assert format_svg(livecl.read_svg(text.encode()), layers=layers) == text, path.stem
 
 
 def test_the_measure_sees_what_is_wrong() -> None:
