@@ -8,7 +8,7 @@ import os
 
 from livecl.drawing import Drawing
 from livecl.options import Options
-from livecl.svg import format_svg, save_svg
+from livecl.svg import LayerStyle, format_svg, save_svg
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,9 +59,9 @@ class Result:
         """The drawing as SVG text."""
         return format_svg(self.drawing)
 
-    def save_svg(self, path: str | os.PathLike[str]) -> None:
-        """Write the drawing as SVG, replacing an existing file atomically."""
-        save_svg(self.drawing, path)
+    def save_svg(self, path: str | os.PathLike[str], precision: int = 3, layers: LayerStyle = "inkscape") -> None:
+        """Write the drawing as SVG, replacing an existing file atomically; see :func:`livecl.svg.format_svg`."""
+        save_svg(self.drawing, path, precision, layers)
 
     def _repr_svg_(self) -> str:
         return self.svg
