@@ -19,20 +19,16 @@ __kernel void composite_forward(int4 band, int num_strips, int num_tiles, __glob
     if (strip >= band.w) return;
     Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 1);
     int row = strip * num_tiles * TILE + tile * TILE, plane = num_strips * num_tiles * TILE;
+    int step = site.edges ? 1 : TILE, span = site.first;
     Stack stack;
-    int edges, total = site_stack(site, 0, &stack, &edges);
-    Color color;
-    for (int column = 0; column < TILE; column++) {
-        if (column == 0 || edges) {
-            color = background_color(params);
-            for (int skip = 0; skip < total; skip += DEPTH) {
-                int ignored;
-                if (total > DEPTH) site_stack(site, skip, &stack, &ignored);
-                stack_forward(site, &stack, column, &color, 0);
-            }
-        }
-        for (int i = 0; i < CHANNELS; i++) image[i * plane + row + column] = color.c[i];
+    Color color[TILE];
+    for (int column = 0; column < TILE; column += step) color[column] = background_color(params);
+    for (int above = site.num_layers, count = lowest_run(above); above > 0; above -= count, count = DEPTH) {
+        span = stack_upwards(site, span, count, &stack);
+        for (int column = 0; column < TILE; column += step) stack_forward(site, &stack, column, &color[column], 0);
     }
+    for (int column = 0; column < TILE; column++)
+        for (int i = 0; i < CHANNELS; i++) image[i * plane + row + column] = color[step == 1 ? column : 0].c[i];
 }
 
 // Where dL/dimage comes from: given, or that of a weighted squared error.
@@ -60,10 +56,19 @@ inline void objective_at(Objective objective, int column, Color color, Color *g,
     }
 }
 
-// Layers that are hidden all over the tile get no gradient.
-inline void clear_hidden(Site site, int bottom, __global realv *d_coverage, __global real4 *d_colors)
+// Whether any pixel of the tile has a say in the loss.
+inline int objective_counts(Objective objective)
 {
-    for (int k = bottom; k < site.first; k++) {
+    if (objective.d_image) return 1;
+    maskv some = 0;
+    for (int i = objective.row; i < objective.row + TILE; i++) some |= objective.weight[i] != 0;
+    return any(some);
+}
+
+// No gradient for the layers of the spans from `begin` to before `end`: hidden ones, or all where nothing counts.
+inline void clear_layers(Site site, int begin, int end, __global realv *d_coverage, __global real4 *d_colors)
+{
+    for (int k = begin; k < end; k++) {
         int index = site_tile(site, k);
         if (index < 0) continue;
         d_colors[index] = 0;
@@ -72,39 +77,64 @@ inline void clear_hidden(Site site, int bottom, __global realv *d_coverage, __gl
     }
 }
 
-// Composite DEPTH layers at a time, the topmost first: what lies below them is composited again, their own inputs are kept,
-// and the gradient goes on down from where the layers above left it.
+// On the way up, keep the colour below each run but the lowest. It is kept in d_coverage: the run's own lowest tiles get
+// their gradient there only after it has been used.
+inline void keep_colors(Site site, int step, __global realv *d_coverage)
+{
+    Stack stack;
+    Color color[TILE];
+    int count = lowest_run(site.num_layers), span = stack_upwards(site, site.first, count, &stack);
+    for (int column = 0; column < TILE; column += step) color[column] = background_color(site.params);
+    for (int above = site.num_layers - count; above > 0; above -= DEPTH) {
+        for (int column = 0; column < TILE; column += step) stack_forward(site, &stack, column, &color[column], 0);
+        span = stack_upwards(site, span, DEPTH, &stack);
+        for (int column = 0; column < TILE; column += step)
+            for (int i = 0; i < CHANNELS; i++)
+                d_coverage[stack.tile[stack.begin + i] * TILE + column] = color[column].c[i];
+    }
+}
+
+inline Color kept_color(const Stack *stack, int column, __global const realv *d_coverage)
+{
+    Color color;
+    for (int i = 0; i < CHANNELS; i++) color.c[i] = d_coverage[stack->tile[stack->begin + i] * TILE + column];
+    return color;
+}
+
+// Run after run, the topmost first: what its layers cover is found from the colour kept below it, and the gradient goes on
+// down from where the layers above left it.
 inline void tile_backward(Site site, int bottom, Objective objective, __global realv *d_coverage, __global real4 *d_colors,
                           __global real *d_tile)
 {
-    clear_hidden(site, bottom, d_coverage, d_colors);
+    if (!objective_counts(objective)) {
+        clear_layers(site, bottom, site.last, d_coverage, d_colors);
+        for (int i = 0; i < 4; i++) d_tile[i] = 0;
+        return;
+    }
+    clear_layers(site, bottom, site.first, d_coverage, d_colors);
+    int step = site.edges ? 1 : TILE;  // columns that share one colour
+    if (site.num_layers > DEPTH) keep_colors(site, step, d_coverage);
     Stack stack;
     Color below[DEPTH], d_color[DEPTH], g[TILE];
     realv d_opacity[DEPTH], loss = 0;
-    int edges, total = site_stack(site, 0, &stack, &edges);
-    int step = edges ? 1 : TILE;  // columns that share one colour
-    int top_chunk = total > 0 ? (total - 1) / DEPTH : 0;
-    for (int chunk = top_chunk; chunk >= 0; chunk--) {
-        int ignored;
-        if (top_chunk > 0) site_stack(site, chunk * DEPTH, &stack, &ignored);
-        for (int k = 0; k < stack.count; k++) {
+    int span = site.last, lower = site.num_layers;
+    do {
+        int topmost = lower == site.num_layers, count = min(lower, DEPTH);
+        span = stack_downwards(site, span, count, &stack);
+        lower -= count;
+        for (int k = stack.begin; k < DEPTH; k++) {
             d_opacity[k] = 0;
             for (int i = 0; i < CHANNELS; i++) d_color[k].c[i] = 0;
         }
         for (int column = 0; column < TILE; column += step) {
-            Color color = background_color(site.params);
-            for (int lower = 0; lower < chunk; lower++) {
-                Stack lower_stack;
-                site_stack(site, lower * DEPTH, &lower_stack, &ignored);
-                stack_forward(site, &lower_stack, column, &color, 0);
-            }
+            Color color = lower > 0 ? kept_color(&stack, column, d_coverage) : background_color(site.params);
             stack_forward(site, &stack, column, &color, below);
             Color *gradient = &g[column];
-            if (chunk == top_chunk) {
+            if (topmost) {
                 for (int i = 0; i < CHANNELS; i++) gradient->c[i] = 0;
                 for (int i = column; i < column + step; i++) objective_at(objective, i, color, gradient, &loss);
             }
-            for (int k = stack.count - 1; k >= 0; k--) {
+            for (int k = DEPTH - 1; k >= stack.begin; k--) {
                 __global const real *rgba = params_color(site.params, stack.layer[k]);
                 int index = stack.tile[k];
                 realv coverage = site_coverage(site, index, column);
@@ -113,10 +143,10 @@ inline void tile_backward(Site site, int bottom, Objective objective, __global r
                 if (site.winding[index] == EDGE) d_coverage[index * TILE + column] = rgba[3] * d_a;
             }
         }
-        for (int k = 0; k < stack.count; k++)
+        for (int k = stack.begin; k < DEPTH; k++)
             d_colors[stack.tile[k]] = (real4)(sum_lanes(d_color[k].c[0]), sum_lanes(d_color[k].c[1]),
                                               sum_lanes(d_color[k].c[2]), sum_lanes(d_opacity[k]));
-    }
+    } while (lower > 0);
     d_tile[0] = sum_lanes(loss);
     for (int i = 0; i < 3; i++) {
         realv d_background = 0;
