@@ -120,7 +120,9 @@ inline int stack_downwards(Site site, int k, int count, Stack *stack)
 
 inline realv site_coverage(Site site, int tile, int column)
 {
-    return site.winding[tile] == EDGE ? fmin(fabs(site.area[tile * TILE + column]), (realv)1) : (realv)1;
+    if (site.winding[tile] != EDGE) return 1;
+    realv a = site.area[tile * TILE + column], size = MAGNITUDE(a);
+    return LESSER(size, (realv)1);
 }
 
 // Composite the stack over `color` in one column of the tile; `below` (may be null) receives what each layer covers.

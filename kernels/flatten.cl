@@ -21,12 +21,12 @@ __kernel void flatten_forward(int num_segments, int num_layers, __global const r
     real2 a = (real2)(p[0], p[1]), b = (real2)(p[2], p[3]), c = (real2)(p[4], p[5]), d = (real2)(q[0], q[1]);
     real2 k1 = (real)3 * (b - a), k2 = (real)3 * ((c - b) - (b - a)), k3 = (d - a) + (real)3 * (b - c);
     int begin = line_offsets[segment], pieces = line_offsets[segment + 1] - begin;
-    real2 low = fmin(a, d), high = fmax(a, d), previous = a;
+    real2 low = LESSER(a, d), high = GREATER(a, d), previous = a;
     for (int k = 1; k <= pieces; k++) {
         real t = (real)k / (real)pieces;
         real2 vertex = k == pieces ? d : a + t * (k1 + t * (k2 + t * k3));
-        low = fmin(low, vertex);
-        high = fmax(high, vertex);
+        low = LESSER(low, vertex);
+        high = GREATER(high, vertex);
         lines[begin + k - 1] = (real4)(previous, vertex);
         previous = vertex;
     }
