@@ -10,6 +10,7 @@
 // weight (or d_image) 0.
 #include "common.h"
 #include "composite.h"
+#include "distance.h"
 
 __kernel void composite_forward(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
                                 __global const int *strip_offsets, __global const int *winding,
@@ -34,34 +35,46 @@ __kernel void composite_forward(int4 band, int num_strips, int num_tiles, __glob
 // Where dL/dimage comes from: given, or that of a weighted squared error.
 typedef struct {
     __global const realv *d_image;                 // (CHANNELS, plane), or null
-    __global const realv *target, *weight;         // (CHANNELS, plane), (plane)
-    real scale;
+    __global const realv *target;                  // (CHANNELS, plane)
+    realv weight[TILE];                            // of the tile's pixels, times scale
     int plane, row;
 } Objective;
 
+inline Objective objective_of(__global const realv *d_image, __global const realv *target, int num_strips, int num_tiles,
+                              int strip, int tile)
+{
+    Objective objective;
+    objective.d_image = d_image;
+    objective.target = target;
+    objective.plane = num_strips * num_tiles * TILE;
+    objective.row = (strip * num_tiles + tile) * TILE;
+    for (int i = 0; i < TILE; i++) objective.weight[i] = 0;
+    return objective;
+}
+
 // L = sum over pixels of scale * weight * sum over channels of (C - target)^2, so dL/dC = 2 scale weight (C - target).
 // With the distance weight d' and scale 1/3 this is eq. (2), with weight 1 and scale 1 / (3 H W) the mean squared error.
-inline void objective_at(Objective objective, int column, Color color, Color *g, realv *loss)
+inline void objective_at(const Objective *objective, int column, Color color, Color *g, realv *loss)
 {
-    int at = objective.row + column;
-    if (objective.d_image) {
-        for (int i = 0; i < CHANNELS; i++) g->c[i] += objective.d_image[i * objective.plane + at];
+    int at = objective->row + column;
+    if (objective->d_image) {
+        for (int i = 0; i < CHANNELS; i++) g->c[i] += objective->d_image[i * objective->plane + at];
         return;
     }
-    realv weight = objective.scale * objective.weight[at];
+    realv weight = objective->weight[column];
     for (int i = 0; i < CHANNELS; i++) {
-        realv error = color.c[i] - objective.target[i * objective.plane + at];
+        realv error = color.c[i] - objective->target[i * objective->plane + at];
         *loss += weight * error * error;
         g->c[i] += 2 * weight * error;
     }
 }
 
 // Whether any pixel of the tile has a say in the loss.
-inline int objective_counts(Objective objective)
+inline int objective_counts(const Objective *objective)
 {
-    if (objective.d_image) return 1;
+    if (objective->d_image) return 1;
     maskv some = 0;
-    for (int i = objective.row; i < objective.row + TILE; i++) some |= objective.weight[i] != 0;
+    for (int i = 0; i < TILE; i++) some |= objective->weight[i] != 0;
     return any(some);
 }
 
@@ -103,7 +116,7 @@ inline Color kept_color(const Stack *stack, int column, __global const realv *d_
 
 // Run after run, the topmost first: what its layers cover is found from the colour kept below it, and the gradient goes on
 // down from where the layers above left it.
-inline void tile_backward(Site site, int bottom, Objective objective, __global realv *d_coverage, __global real4 *d_colors,
+inline void tile_backward(Site site, int bottom, const Objective *objective, __global realv *d_coverage, __global real4 *d_colors,
                           __global real *d_tile)
 {
     if (!objective_counts(objective)) {
@@ -170,8 +183,8 @@ __kernel void composite_backward(int4 band, int num_strips, int num_tiles, __glo
     int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
     if (strip >= band.w) return;
     Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 2);
-    Objective objective = {d_image, 0, 0, 0, num_strips * num_tiles * TILE, (strip * num_tiles + tile) * TILE};
-    tile_backward(site, strip_offsets[strip], objective, d_coverage, d_colors, d_tiles + 4 * id);
+    Objective objective = objective_of(d_image, 0, num_strips, num_tiles, strip, tile);
+    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
 }
 
 // Forward, weighted squared error and backward at once, the image never leaving the work-item.
@@ -186,6 +199,30 @@ __kernel void composite_loss(int4 band, int num_strips, int num_tiles, __global 
     int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
     if (strip >= band.w) return;
     Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 2);
-    Objective objective = {0, target, weight, scale, num_strips * num_tiles * TILE, (strip * num_tiles + tile) * TILE};
-    tile_backward(site, strip_offsets[strip], objective, d_coverage, d_colors, d_tiles + 4 * id);
+    Objective objective = objective_of(0, target, num_strips, num_tiles, strip, tile);
+    for (int i = 0; i < TILE; i++) objective.weight[i] = scale * weight[objective.row + i];
+    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
+}
+
+// The same under the distance weight, which is found here, from what distance.cl knows of each layer.
+//
+// distance_spans, distance_strip_offsets, near, closeness, factors  in, as in distance_weight
+__kernel void composite_distance_loss(int4 band, int num_strips, int num_tiles, __global const real *params,
+                                      __global const int4 *spans, __global const int *strip_offsets,
+                                      __global const int *winding, __global const realv *area,
+                                      __global const int4 *distance_spans, __global const int *distance_strip_offsets,
+                                      __global const int *near, __global const realv *closeness,
+                                      __global const real *factors, __global const realv *target, real scale,
+                                      __global realv *d_coverage, __global real4 *d_colors, __global real *d_tiles)
+{
+    int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
+    if (strip >= band.w) return;
+    Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 2);
+    Objective objective = objective_of(0, target, num_strips, num_tiles, strip, tile);
+    for (int k = distance_strip_offsets[strip]; k < distance_strip_offsets[strip + 1]; k++) {
+        int index = near_tile(distance_spans[k], near, tile);
+        if (index < 0) continue;
+        add_weight(scale * factors[span_layer(distance_spans[k])], closeness + index * TILE, objective.weight);
+    }
+    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
 }

@@ -5,6 +5,7 @@
 // `closeness` is ReLU(tau - d), px. Only tiles within tau of the outline are stored; spans are those of the layers' boxes
 // grown by tau.
 #include "common.h"
+#include "distance.h"
 
 // A line, as distances are measured to it: the middle, the direction (of length 1), half the length.
 typedef struct {
@@ -132,15 +133,12 @@ __kernel void distance_weight(int4 band, int num_tiles, int first_layer, int rel
     realv sum[TILE];
     for (int i = 0; i < TILE; i++) sum[i] = 0;
     for (int k = strip_offsets[strip]; k < strip_offsets[strip + 1]; k++) {
-        int4 span = spans[k];
-        if (tile < span_first(span) || tile >= span_last(span) || span_layer(span) < first_layer) continue;
-        int index = span_tile(span, tile);
-        if (!near[index]) continue;
-        real factor = factors[span_layer(span)];
-        for (int i = 0; i < TILE; i++) {
-            realv value = closeness[index * TILE + i];
-            sum[i] = released ? GREATER(sum[i], value) : sum[i] + factor * value;
-        }
+        int index = near_tile(spans[k], near, tile);
+        if (index < 0 || span_layer(spans[k]) < first_layer) continue;
+        if (released)
+            for (int i = 0; i < TILE; i++) sum[i] = GREATER(sum[i], closeness[index * TILE + i]);
+        else
+            add_weight(factors[span_layer(spans[k])], closeness + index * TILE, sum);
     }
     for (int i = 0; i < TILE; i++) weight[(strip * num_tiles + tile) * TILE + i] = sum[i];
 }

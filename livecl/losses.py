@@ -34,8 +34,8 @@ def xing_loss(cubics: ArrayLike) -> tuple[float, FloatArray]:
 
     Notes
     -----
-    D1 is a constant. With points as complex numbers x + iy, a x b is the imaginary part of conj(a) b. From D2 = u x v and
-    du = (I - u u^T) dAB / |AB|,
+    D1 is a constant. With points as complex numbers x + iy, a x b is the imaginary part of conj(a) b. From D2 = u x v
+    and du = (I - u u^T) dAB / |AB|,
 
         dD2/dAB = (-i v - D2 u) / |AB|        dD2/dCD = (i u - D2 v) / |CD|
 

@@ -19,7 +19,7 @@ UNBIASED_AGE = 37000
 
 @functools.cache
 def _corrections() -> tuple[FloatArray, FloatArray]:
-    """Return sqrt(1 - BETA2^t) / (1 - BETA1^t) and sqrt(1 - BETA2^t) for t from 0 to `UNBIASED_AGE`; 0 and 1 for t = 0."""
+    """Return sqrt(1 - BETA2^t) / (1 - BETA1^t) and sqrt(1 - BETA2^t) for t up to `UNBIASED_AGE`; 0 and 1 for t = 0."""
     ages = np.arange(1, UNBIASED_AGE + 1)
     root = np.sqrt(1 - BETA2**ages)
     return np.append(0.0, root / (1 - BETA1**ages)), np.append(1.0, root)
@@ -83,7 +83,7 @@ class Adam:
         shape = (-1, *[1] * (gradient.ndim - 1))
         scale = np.sqrt(self.square)
         scale += (EPSILON * root).reshape(shape)
-        change = self.mean * (learning_rate * correction).reshape(shape)
+        change = self.mean * np.multiply(learning_rate, correction).reshape(shape)
         change /= scale
         return np.negative(change, out=change)
 

@@ -18,6 +18,8 @@ from livecl.tiling import Grid, Spans, layer_bounds, plan_spans
 MARGIN = 0.125
 #: Pixels that boxes are larger than needed when they are laid out anew, so that small steps keep the layout.
 SLACK = 3.0
+#: Turns (x_min, y_min, x_max, y_max) into numbers that all become smaller where bounds grow.
+_OUTWARDS = np.array([1.0, 1.0, -1.0, -1.0])
 
 
 @dataclasses.dataclass
@@ -27,7 +29,7 @@ class _Outlines:
     pieces: Any = None
     num_lines: int = 0
     drawing: Drawing | None = None
-    limits: NDArray[np.float64] | None = None
+    limits: NDArray[np.float64] | None = None  # (N, 4), times `_OUTWARDS`
     spans: Spans | None = None
 
 
@@ -52,7 +54,7 @@ class Scene:
         self.tolerance = tolerance
         self.max_tiles = max_tiles
         self.drawing: Drawing | None = None
-        self._bounds: NDArray[np.float64] = np.zeros((0, 4))
+        self._bounds: NDArray[np.float64] = np.zeros((0, 4))  # (N, 4), times `_OUTWARDS`
         self._outlines: dict[str, _Outlines] = {}
         launcher.set(width=grid.width, height=grid.height, num_strips=grid.num_strips, num_tiles=grid.num_tiles)
         launcher.set(num_columns=grid.num_columns)
@@ -70,7 +72,7 @@ class Scene:
             run.write("next_segments", drawing.next_segments)
             run.write("layer_segments", drawing.segment_offsets)
         self.drawing = drawing
-        self._bounds = layer_bounds(drawing)
+        self._bounds = _OUTWARDS * layer_bounds(drawing)
         background = np.zeros(3) if drawing.background is None else drawing.background
         run.write_reals("params", background, np.zeros(1), drawing.colors.ravel(), drawing.points.ravel())
 
@@ -108,20 +110,19 @@ class Scene:
             raise ValueError(f"pieces: wanted {drawing.num_segments} whole numbers of at least 1, one for each segment")
         line_offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
         outlines.pieces, outlines.num_lines = pieces, int(line_offsets[-1])
-        run.write(f"{scope}.line_offsets", line_offsets)
-        run.write(f"{scope}.line_layers", np.repeat(drawing.segment_layers, counts))
-        run.reserve_reals(f"{scope}.lines", 4 * outlines.num_lines)
-        run.reserve_reals(f"{scope}.segment_bounds", 4 * drawing.num_segments)
+        run.write(f"{scope}_line_offsets", line_offsets)
+        run.write(f"{scope}_line_layers", np.repeat(drawing.segment_layers, counts))
+        run.reserve_reals(f"{scope}_lines", 4 * outlines.num_lines)
+        run.reserve_reals(f"{scope}_segment_bounds", 4 * drawing.num_segments)
 
     def _place(self, scope: str, outlines: _Outlines, margin: float) -> Spans:
         """Lay out the spans, unless every layer is still inside the boxes laid out last."""
-        bounds, limits = self._bounds, outlines.limits
-        inside = limits is not None and (bounds[:, :2] >= limits[:, :2]).all() and (bounds[:, 2:] < limits[:, 2:]).all()
-        if inside and outlines.spans is not None:
+        limits = outlines.limits
+        if outlines.spans is not None and limits is not None and (self._bounds > limits).all():
             return outlines.spans
-        boxes = self.grid.boxes(bounds, margin + SLACK)
-        outlines.limits = self.grid.limits(boxes, margin)
+        boxes = self.grid.boxes(_OUTWARDS * self._bounds, margin + SLACK)
+        outlines.limits = _OUTWARDS * self.grid.limits(boxes, margin)
         spans = outlines.spans = plan_spans(boxes, self.grid.num_strips, self.max_tiles)
         for name in ("spans", "strip_offsets", "layer_strips", "layer_spans"):
-            self.launcher.write(f"{scope}.{name}", getattr(spans, name))
+            self.launcher.write(f"{scope}_{name}", getattr(spans, name))
         return spans
