@@ -66,13 +66,11 @@ inline void deposit_left(Row *row, real4 part, real top)
 // line_offsets  (M + 1,)  in           segment_bounds  (M,)  in         lines  (L,)  in, px
 // winding  (num_tiles,)  out           area  (num_tiles, TILE)  out: A, in EDGE tiles only
 // d_coverage  (num_tiles, TILE)  scratch, the sums `height`, until compositing puts the gradient there
-__kernel void coverage_forward(int4 band, int num_columns, __global const int4 *spans,
-                               __global const int *layer_segments, __global const int *line_offsets,
-                               __global const real4 *segment_bounds, __global const real4 *lines,
-                               __global int *winding, __global realv *area, __global realv *d_coverage)
+inline void cover_span(int id, int num_columns, __global const int4 *spans, __global const int *layer_segments,
+                       __global const int *line_offsets, __global const real4 *segment_bounds,
+                       __global const real4 *lines, __global int *winding, __global realv *area,
+                       __global realv *d_coverage)
 {
-    int id = band.x + get_global_id(0);
-    if (id >= band.y) return;  // global size is padded
     int4 span = spans[id];
     Row row = {span, winding, area, d_coverage, -1, -1};
     int layer = span_layer(span);
@@ -114,6 +112,16 @@ __kernel void coverage_forward(int4 band, int num_columns, __global const int4 *
             area[i] = MAGNITUDE(a) < SNAP ? (realv)0 : a;  // so that the sign of 0 is 0
         }
     }
+}
+
+__kernel void coverage_forward(int4 band, int num_columns, __global const int4 *spans,
+                               __global const int *layer_segments, __global const int *line_offsets,
+                               __global const real4 *segment_bounds, __global const real4 *lines,
+                               __global int *winding, __global realv *area, __global realv *d_coverage)
+{
+    int id = band.x + get_global_id(0);
+    if (id >= band.y) return;  // global size is padded
+    cover_span(id, num_columns, spans, layer_segments, line_offsets, segment_bounds, lines, winding, area, d_coverage);
 }
 
 typedef struct {

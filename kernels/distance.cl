@@ -38,13 +38,11 @@ DEFINE_DISTANCE_SQUARED(distances_squared, realv)
 // spans  (num_spans,)  in      layer_segments, line_offsets, segment_bounds, lines  in, as in coverage.cl
 // near  (num_tiles,)  out: 1 where closeness is stored      closeness  (num_tiles, TILE)  out, px, 0 beyond the canvas
 // span_sums  (num_spans,)  out, px
-__kernel void distance_forward(int4 band, int width, int height, real tau, __global const int4 *spans,
-                               __global const int *layer_segments, __global const int *line_offsets,
-                               __global const real4 *segment_bounds, __global const real4 *lines, __global int *near,
-                               __global realv *closeness, __global real *span_sums)
+inline void measure_span(int id, int width, int height, real tau, __global const int4 *spans,
+                         __global const int *layer_segments, __global const int *line_offsets,
+                         __global const real4 *segment_bounds, __global const real4 *lines, __global int *near,
+                         __global realv *closeness, __global real *span_sums)
 {
-    int id = band.x + get_global_id(0);
-    if (id >= band.y) return;
     int4 span = spans[id];
     int layer = span_layer(span);
     real top = span_strip(span) * LANES, low = top + (real)0.5 - tau, high = top + LANES - (real)0.5 + tau;
@@ -98,6 +96,17 @@ __kernel void distance_forward(int4 band, int width, int height, real tau, __glo
         }
     }
     span_sums[id] = sum_lanes(sum);
+}
+
+__kernel void distance_forward(int4 band, int width, int height, real tau, __global const int4 *spans,
+                               __global const int *layer_segments, __global const int *line_offsets,
+                               __global const real4 *segment_bounds, __global const real4 *lines, __global int *near,
+                               __global realv *closeness, __global real *span_sums)
+{
+    int id = band.x + get_global_id(0);
+    if (id >= band.y) return;
+    measure_span(id, width, height, tau, spans, layer_segments, line_offsets, segment_bounds, lines, near, closeness,
+                 span_sums);
 }
 
 // The factor of each layer's closeness in the mean of eq. (1): 1 / (n sum), n being the number of layers whose outline is

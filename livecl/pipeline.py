@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing import Drawing
 from livecl.launcher import Launcher
-from livecl.scene import Scene
+from livecl.scene import Scene, Use
 from livecl.tiling import TILE, Grid, IntArray, Spans
 
 
@@ -81,7 +81,7 @@ class Pipeline:
 
     def render(self, channels: int, pieces: ArrayLike | None) -> Any:
         """Return the buffer of the image's planes."""
-        spans = self._scene.flatten("coverage", pieces, 0)
+        (spans,) = self._scene.flatten(Use("coverage", pieces, 0))
         image = self.launcher.reserve_reals("image", channels * self._plane)
         for band in spans.each_band:
             self._cover(spans, band)
@@ -91,7 +91,8 @@ class Pipeline:
     def weigh(self, weight: DistanceWeight, closest_from: int | None = None) -> Any:
         """Return the buffer of a plane that holds the distance weight, or the largest closeness (`Rasterizer`)."""
         run = self.launcher
-        spans = self._distances(weight)
+        (spans,) = self._scene.flatten(Use("distance", weight.pieces, weight.tau))
+        self._reserve_distances(weight, spans)
         plane = run.reserve_reals("distance_weight", self._plane)
         run.set(first_layer=closest_from or 0, released=closest_from is not None)
         self._measure(spans.each_band)
@@ -104,7 +105,8 @@ class Pipeline:
 
     def begin_backward(self, pieces: ArrayLike | None) -> Callable[[], tuple[float, Gradients]]:
         """Launch what differentiates a loss of the given ``d_image``; see :meth:`begin_loss`."""
-        return self._begin("composite_backward", self._scene.flatten("coverage", pieces, 0))
+        (spans,) = self._scene.flatten(Use("coverage", pieces, 0))
+        return self._begin("composite_backward", spans)
 
     def begin_loss(
         self, weight: DistanceWeight | None, pieces: ArrayLike | None
@@ -123,15 +125,21 @@ class Pipeline:
         callable
             Waits and returns loss and gradients.
         """
-        spans = self._scene.flatten("coverage", pieces, 0)
+        use = Use("coverage", pieces, 0)
         if weight is None:
+            (spans,) = self._scene.flatten(use)
             return self._begin("composite_loss", spans)
-        distances = self._distances(weight)
-        if len(distances.bands) > 1:  # closeness is not there for all strips at a time
+        distances, spans = self._scene.flatten(Use("distance", weight.pieces, weight.tau), use)
+        if len(distances.bands) > 1 or len(spans.bands) > 1:  # closeness is not there for all strips at a time
             self.launcher.set(weight=self.weigh(weight))
             return self._begin("composite_loss", spans)
-        self._measure(distances.each_band)
-        return self._begin("composite_distance_loss", spans)
+        self._reserve_distances(weight, distances)
+        self._reserve_coverage(spans)
+        num_distance_spans, num_coverage_spans = len(distances.spans), len(spans.spans)
+        self.launcher.set(num_distance_spans=num_distance_spans, num_coverage_spans=num_coverage_spans)
+        self.launcher("span_both", num_distance_spans + num_coverage_spans)
+        self.launcher("distance_normalize", 1, "distance")
+        return self._begin("composite_distance_loss", spans, covered=True)
 
     @property
     def _tile(self) -> int:
@@ -146,25 +154,25 @@ class Pipeline:
     def _band_tiles(self, band: IntArray) -> int:
         return int(band[3] - band[2]) * self._grid.num_tiles
 
-    def _cover(self, spans: Spans, band: IntArray) -> None:
+    def _reserve_coverage(self, spans: Spans) -> None:
         run = self.launcher
         run.reserve("winding", spans.num_tiles * 4)
         run.reserve_reals("area", spans.num_tiles * self._tile)
         run.reserve_reals("d_coverage", spans.num_tiles * self._tile)
-        run.set(band=band)
-        run("coverage_forward", int(band[1] - band[0]), "coverage")
 
-    def _distances(self, weight: DistanceWeight) -> Spans:
-        """Flatten for distances, and make room for them."""
+    def _reserve_distances(self, weight: DistanceWeight, spans: Spans) -> None:
         run, drawing = self.launcher, self._scene.drawing
         assert drawing is not None
-        spans = self._scene.flatten("distance", weight.pieces, weight.tau)
         run.reserve_reals("closeness", spans.num_tiles * self._tile)
         run.reserve("near", spans.num_tiles * 4)
         run.reserve_reals("span_sums", len(spans.spans))
         run.reserve_reals("factors", drawing.num_layers)
         run.set(tau=float(weight.tau))
-        return spans
+
+    def _cover(self, spans: Spans, band: IntArray) -> None:
+        self._reserve_coverage(spans)
+        self.launcher.set(band=band)
+        self.launcher("coverage_forward", int(band[1] - band[0]), "coverage")
 
     def _measure(self, bands: Iterable[IntArray], normalize: bool = True) -> None:
         for band in bands:
@@ -173,7 +181,7 @@ class Pipeline:
         if normalize:
             self.launcher("distance_normalize", 1, "distance")
 
-    def _begin(self, composite: str, spans: Spans) -> Callable[[], tuple[float, Gradients]]:
+    def _begin(self, composite: str, spans: Spans, covered: bool = False) -> Callable[[], tuple[float, Gradients]]:
         """Cover, composite with a gradient, gather it, band after band; what is returned brings the result back."""
         run, drawing = self.launcher, self._scene.drawing
         assert drawing is not None
@@ -185,7 +193,9 @@ class Pipeline:
         run.reserve_reals("result", 4 + 4 * num_layers + 8 * num_segments)
         run.set(num_lines=num_lines)
         for band in spans.each_band:
-            self._cover(spans, band)
+            run.set(band=band)
+            if not covered:
+                self._cover(spans, band)
             run(composite, self._band_tiles(band), "coverage")
             run("coverage_backward", num_lines, "coverage")
             run("reduce_tiles", num_layers + 1, "coverage")

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,10 +22,29 @@ SLACK = 3.0
 _OUTWARDS = np.array([1.0, 1.0, -1.0, -1.0])
 
 
+class Use(NamedTuple):
+    """What outlines are flattened for.
+
+    Attributes
+    ----------
+    scope : "coverage" or "distance"
+        Scope of the launcher that receives lines and spans.
+    pieces : (M,) array_like of int, or None
+        Lines for each segment; None chooses them by the tolerance.
+    reach : float
+        How far from the outlines pixels matter, px.
+    """
+
+    scope: Literal["coverage", "distance"]
+    pieces: ArrayLike | None
+    reach: float
+
+
 @dataclasses.dataclass
 class _Outlines:
-    """Flattened outlines for one use, under a scope of the launcher."""
+    """Flattened outlines for one use."""
 
+    reach: float
     pieces: Any = None
     num_lines: int = 0
     drawing: Drawing | None = None
@@ -76,27 +95,28 @@ class Scene:
         background = np.zeros(3) if drawing.background is None else drawing.background
         run.write_reals("params", background, np.zeros(1), drawing.colors.ravel(), drawing.points.ravel())
 
-    def flatten(self, scope: str, pieces: ArrayLike | None, reach: float) -> Spans:
-        """Flatten the loaded drawing and return the spans within `reach` px of its layers' outlines.
-
-        Parameters
-        ----------
-        scope : str
-            Scope of the launcher that receives lines and spans.
-        pieces : (M,) array_like of int, or None
-            Lines for each segment; None chooses them by the tolerance.
-        reach : float
-            How far from the outlines pixels matter, px.
-        """
+    def flatten(self, *uses: Use) -> list[Spans]:
+        """Flatten the loaded drawing and return, for each use, the spans within reach of its layers' outlines."""
         assert self.drawing is not None
-        outlines = self._outlines.setdefault(scope, _Outlines())
-        if outlines.drawing is self.drawing and outlines.pieces is pieces and outlines.spans is not None:
-            return outlines.spans
-        if outlines.pieces is None or outlines.pieces is not pieces:
-            self._split(scope, outlines, pieces)
+        stale = [use for use in uses if self._outdated(use)]
+        if len(stale) == 2:
+            self.launcher("flatten_both", 2 * self.drawing.num_segments)
+        else:
+            for use in stale:
+                self.launcher("flatten_forward", self.drawing.num_segments, use.scope)
+        return [self._place(use) for use in uses]
+
+    def _outdated(self, use: Use) -> bool:
+        """Return whether lines must be made for a use, after making room for them."""
+        outlines = self._outlines.get(use.scope)
+        if outlines is None or outlines.reach != use.reach:
+            outlines = self._outlines[use.scope] = _Outlines(use.reach)
+        if outlines.drawing is self.drawing and outlines.pieces is use.pieces:
+            return False
+        if outlines.pieces is None or outlines.pieces is not use.pieces:
+            self._split(use.scope, outlines, use.pieces)
         outlines.drawing = self.drawing
-        self.launcher("flatten_forward", self.drawing.num_segments, scope)
-        return self._place(scope, outlines, reach + MARGIN)
+        return True
 
     def num_lines(self, scope: str) -> int:
         """Return the number of lines that the drawing was flattened into."""
@@ -115,14 +135,14 @@ class Scene:
         run.reserve_reals(f"{scope}_lines", 4 * outlines.num_lines)
         run.reserve_reals(f"{scope}_segment_bounds", 4 * drawing.num_segments)
 
-    def _place(self, scope: str, outlines: _Outlines, margin: float) -> Spans:
+    def _place(self, use: Use) -> Spans:
         """Lay out the spans, unless every layer is still inside the boxes laid out last."""
-        limits = outlines.limits
-        if outlines.spans is not None and limits is not None and (self._bounds > limits).all():
+        outlines, margin = self._outlines[use.scope], use.reach + MARGIN
+        if outlines.spans is not None and outlines.limits is not None and (self._bounds > outlines.limits).all():
             return outlines.spans
         boxes = self.grid.boxes(_OUTWARDS * self._bounds, margin + SLACK)
         outlines.limits = _OUTWARDS * self.grid.limits(boxes, margin)
         spans = outlines.spans = plan_spans(boxes, self.grid.num_strips, self.max_tiles)
         for name in ("spans", "strip_offsets", "layer_strips", "layer_spans"):
-            self.launcher.write(f"{scope}_{name}", getattr(spans, name))
+            self.launcher.write(f"{use.scope}_{name}", getattr(spans, name))
         return spans
