@@ -197,7 +197,8 @@ __kernel void coverage_backward(int4 band, int num_lines, int width, int height,
     int on_row_border = d.y == 0 && d.x != 0 && line.y == floor_of(line.y);
     int steep = MAGNITUDE(d.y) >= MAGNITUDE(d.x), sign_x = normal.x < 0 ? -1 : 1, sign_y = normal.y < 0 ? -1 : 1;
     real start = steep ? line.y : line.x, per_px = 1 / (steep ? d.y : d.x);
-    if ((d.x != 0 || d.y != 0) && clip_y(&part, 0, height) && clip_x(&part, 0, width)) {
+    int top = band.z * LANES, bottom = min(height, band.w * LANES);  // rows beyond the band have their own turn
+    if ((d.x != 0 || d.y != 0) && clip_y(&part, top, bottom) && clip_x(&part, 0, width)) {
         Walk walk = walk_begin(part);
         while (walk_next(&walk)) {
             Piece p = walk.piece;
