@@ -64,8 +64,9 @@ inline void objective_at(const Objective *objective, int column, Color color, Co
     realv weight = objective->weight[column];
     for (int i = 0; i < CHANNELS; i++) {
         realv error = color.c[i] - objective->target[i * objective->plane + at];
-        *loss += weight * error * error;
-        g->c[i] += 2 * weight * error;
+        realv weighted = weight * error;
+        *loss += weighted * error;
+        g->c[i] += weighted + weighted;
     }
 }
 

@@ -14,15 +14,18 @@ from livecl.device import OpenDevice
 from livecl.errors import DeviceError
 from livecl.program import build_program, kernel_parameters
 
-#: Work-items in a work-group. A CPU runs them one after the other, and needs private arrays for each of them.
+#: Work-items in a work-group. A CPU runs them one after the other, and needs private arrays for each of them: one, but
+#: for kernels of many small work-items without such arrays.
 LOCAL_SIZE_CPU, LOCAL_SIZE_GPU = 1, 32
+LOCAL_SIZES_CPU = {"coverage_backward": 16}
 
 
 @dataclasses.dataclass(frozen=True)
 class _BoundKernel:
-    """A kernel object, the names of the values that it takes, and those that it holds."""
+    """A kernel object, the work-items of its groups, the names of the values that it takes, and those that it holds."""
 
     kernel: Any
+    local_size: int
     keys: list[str]
     arguments: list[Any]
 
@@ -48,7 +51,6 @@ class Launcher:
         self._opened = opened
         self._program = build_program(opened, dtype, channels)
         self._bound: dict[tuple[str, str], _BoundKernel] = {}
-        self._local_size = LOCAL_SIZE_CPU if opened.is_cpu else LOCAL_SIZE_GPU
         self._values: dict[str, Any] = {}
         self._given: dict[str, Any] = {}
         self._written: dict[str, NDArray[Any]] = {}
@@ -128,7 +130,7 @@ class Launcher:
             if value is not arguments[index]:
                 kernel.set_arg(index, value)
                 arguments[index] = value
-        local = self._local_size
+        local = bound.local_size
         event = cl.enqueue_nd_range_kernel(self._opened.queue, kernel, (-(-num_items // local) * local,), (local,))
         if self.trace is not None:
             self.trace.append((name, event))
@@ -137,6 +139,7 @@ class Launcher:
         """Make the kernel object for launches with a scope: objects hold their arguments, so each scope has its own."""
         scoped = [(parameter, f"{scope}_{parameter}") for parameter in kernel_parameters()[name]]
         keys = [key if key in self._values else parameter for parameter, key in scoped]
-        bound = _BoundKernel(cl.Kernel(self._program, name), keys, [None] * len(keys))
+        local_size = LOCAL_SIZES_CPU.get(name, LOCAL_SIZE_CPU) if self._opened.is_cpu else LOCAL_SIZE_GPU
+        bound = _BoundKernel(cl.Kernel(self._program, name), local_size, keys, [None] * len(keys))
         self._bound[name, scope] = bound
         return bound

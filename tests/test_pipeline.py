@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import RasterizerFor
 
+from livecl.device import OpenDevice
 from livecl.pipeline import DistanceWeight
 from livecl.rasterizer import Gradients, Rasterizer
 
@@ -78,3 +79,19 @@ def test_pixels_without_weight_have_no_say(rasterizer_for: RasterizerFor, name: 
 def test_wrong_tau(tau: float) -> None:
     with pytest.raises(ValueError, match=r"tau: got .*, wanted a positive number"):
         DistanceWeight(tau)
+
+
+def test_work_groups_and_copies_as_for_a_gpu(device: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    case = drawings.CASES["33x50"]()
+    target, weight = _target(case), DistanceWeight(6.0, case.pieces)
+    expected_loss, expected = Rasterizer(case.drawing.size, device).loss_and_gradients(
+        case.drawing, target, weight, case.pieces
+    )
+    monkeypatch.setattr(OpenDevice, "is_cpu", property(lambda self: False))
+    rasterizer = Rasterizer(case.drawing.size, device)
+    moved = case.drawing.moved(case.drawing.points + 1, case.drawing.colors, case.drawing.background)
+    for drawing in (moved, case.drawing):
+        loss, found = rasterizer.loss_and_gradients(drawing, target, weight, case.pieces)
+    assert loss == expected_loss
+    for name in ("points", "colors", "background"):
+        assert np.array_equal(getattr(found, name), getattr(expected, name))
