@@ -116,11 +116,10 @@ def _weight(text: str) -> float:
 
 
 def _background(text: str) -> str:
-    from livecl.svg import parse_color
+    from livecl.background import check_background
 
     try:
-        if text != "train":
-            parse_color(text)
+        check_background(text)
     except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
+        raise argparse.ArgumentTypeError(str(error).removeprefix("background: ")) from error
     return text

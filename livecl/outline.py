@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closed cubic paths for new layers: a circle, a random outline, or one fitted to a region's border."""
+"""Closed cubic paths for new layers: a circle, a random outline, or one fitted to a region's border and its holes'."""
 
 from __future__ import annotations
 
@@ -33,6 +33,11 @@ def random_outline(center: ArrayLike, segments: int, size: tuple[int, int], rng:
     return (np.asarray(center) + np.cumsum(steps, axis=0)).reshape(segments, 3, 2)
 
 
+def reversed_path(path: FloatArray) -> FloatArray:
+    """Return a closed path (s, 3, 2) run through the other way round, from the same anchor on."""
+    return np.roll(path.reshape(-1, 2)[::-1], 1, axis=0).reshape(path.shape)
+
+
 def border(mask: NDArray[np.bool_]) -> FloatArray:
     """Return the outer border of a region (H, W) as a closed polyline (P, 2), px; holes are filled."""
     from scipy.ndimage import binary_fill_holes
@@ -43,6 +48,17 @@ def border(mask: NDArray[np.bool_]) -> FloatArray:
     filled = binary_fill_holes(np.pad(mask[top : rows[-1] + 1, left : columns[-1] + 1], 1))
     contour = max(find_contours(filled.astype(np.float64), 0.5), key=len)[:-1]
     return np.asarray(contour[:, ::-1] + (left - 0.5, top - 0.5))  # of pixel centres; one pixel of padding
+
+
+def holes(mask: NDArray[np.bool_], smallest: int) -> list[NDArray[np.bool_]]:
+    """Return the holes of a region (H, W) of at least `smallest` pixels, the largest first."""
+    from scipy.ndimage import binary_fill_holes
+    from skimage.measure import label
+
+    labels = label(binary_fill_holes(mask) & ~mask, connectivity=1)
+    areas = np.bincount(labels.ravel())
+    areas[0] = 0
+    return [labels == k for k in np.argsort(-areas, kind="stable") if areas[k] >= smallest]
 
 
 def fit_outline(polyline: FloatArray, segments: int) -> FloatArray:

@@ -96,9 +96,10 @@ class Recipe:
             Drawings in the picture's own coordinates; errors as measured on the pixels that were worked on, see
             `Result.working_size`.
         """
-        from livecl.vectorizer import checked_image, vectorize
+        from livecl.image import as_image
+        from livecl.vectorizer import vectorize
 
-        target = checked_image(image)
+        target = as_image(image)
         size = (target.shape[0], target.shape[1])
         smaller = working_size(size, self.size)
         result = vectorize(
