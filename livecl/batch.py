@@ -29,6 +29,8 @@ class Batch:
     ----------
     pictures : list of Picture
         The pictures, and the name of each one's SVG.
+    recipe : Recipe
+        What is done to each.
     """
 
     def __init__(
@@ -50,7 +52,8 @@ class Batch:
         self._folder = Path(output_folder)
         _check_output_folder(self._folder)
         self._summary = Summary(self._folder)
-        self._work = Work(Recipe() if recipe is None else recipe, device)
+        self.recipe = Recipe() if recipe is None else recipe
+        self._work = Work(self.recipe, device)
         self._workers, self._threads, self._scheduler = workers, threads, scheduler
         self._skip_done = skip_done
         if scheduler is None:
@@ -109,7 +112,7 @@ class Batch:
     def _done(self, picture: Picture, digest: str) -> Outcome | None:
         """Return the outcome of a picture that needs no work: its SVG is there as it would be made."""
         row = self._summary.get(picture.output)
-        if row is None or (row.picture, row.recipe) != (digest, self._work.recipe.fingerprint):
+        if row is None or (row.picture, row.recipe) != (digest, self.recipe.fingerprint):
             return None
         try:
             svg = (self._folder / picture.output).read_bytes()
@@ -142,7 +145,7 @@ class Batch:
             working_width=working_width,
             working_height=working_height,
             picture=digest,
-            recipe=self._work.recipe.fingerprint,
+            recipe=self.recipe.fingerprint,
             svg=_digest(answer.svg.encode()),
         )
 

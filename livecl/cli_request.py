@@ -1,123 +1,139 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From arguments to a job: the picture read, and all that can be wrong found, before the work starts."""
+"""From arguments to work: pictures found and read, and all that can be wrong said, before the work starts."""
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from livecl.cli_arguments import BadInputError
-from livecl.cli_outputs import check_outputs
-from livecl.errors import DeviceError, ImageError
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.batch import Batch
+from livecl.batch_files import is_pattern
+from livecl.cli_options import given_options
+from livecl.cli_outputs import OUTPUTS, STANDARD, Output, check_outputs
+from livecl.device import choose_device
+from livecl.drawing import empty_drawing
+from livecl.image import read_image
+from livecl.options import PRESET_PATHS
+from livecl.recipe import Recipe
 from livecl.schedule import DEFAULT_PATHS
-
-if TYPE_CHECKING:
-    from livecl.options import Options
-
-#: The arguments that are fields of `Options` under the same name.
-OPTION_NAMES = (
-    "iterations",
-    "segments",
-    "max_segments",
-    "loss",
-    "xing_weight",
-    "placement",
-    "shape",
-    "revisions",
-    "target_mse",
-    "background",
-)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Job:
-    """A request whose arguments have been checked."""
+    """One picture, read, and what is to be made of it."""
 
-    image: Any
-    output: Path
-    json: Path | None
-    stages: Path | None
-    schedule: tuple[int, ...]
-    options: Options
+    name: str
+    image: NDArray[np.float32]
+    recipe: Recipe
+    output: str
+    outputs: list[tuple[Output, Path]]
     device: str | None
-    seed: int
     quiet: bool
 
 
-def checked(arguments: argparse.Namespace) -> Job:
-    """Read the picture and check all else that is asked for, without touching a file."""
-    missing = [name for name, value in (("IN", arguments.input), ("-o", arguments.output)) if not value]
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class BatchJob:
+    """Several pictures for one folder."""
+
+    batch: Batch
+    folder: str
+    quiet: bool
+
+
+def checked(arguments: argparse.Namespace) -> Job | BatchJob:
+    """Read the picture, or find the pictures, and check all else that is asked for, without touching a file.
+
+    Raises
+    ------
+    ValueError, LiveclError
+        If it cannot be done; the message is one line for the user.
+    """
+    missing = [name for name, value in (("IN", arguments.inputs), ("-o", arguments.output)) if not value]
     if missing:
-        raise BadInputError(f"nothing to do without {' and '.join(missing)}: livecl IN -o OUT.svg (see --help)")
-    schedule = _checked_schedule(arguments)
-    options = _checked_options(arguments)
-    output = Path(arguments.output)
-    stages = None if arguments.stages is None else Path(arguments.stages)
-    report = None if arguments.json is None else Path(arguments.json)
-    image = _checked_image(arguments.input)
-    check_outputs(Path(arguments.input), output, report, stages, len(schedule))
-    check_device(arguments.device)
+        raise ValueError(f"nothing to do without {' and '.join(missing)}: livecl IN -o OUT.svg (see --help)")
+    recipe = recipe_of(arguments)
+    inputs: list[str] = arguments.inputs
+    if len(inputs) > 1 or Path(inputs[0]).is_dir() or is_pattern(inputs[0]):
+        return _checked_batch(arguments, recipe)
+    for name in ("workers", "scheduler"):
+        if getattr(arguments, name) is not None:
+            raise ValueError(f"--{name}: goes with several pictures, or a folder of them")
+    (source,) = inputs
+    image = _checked_image(source)
+    chosen = [(kind, Path(path)) for kind in OUTPUTS if (path := getattr(arguments, kind.name)) is not None]
+    check_outputs(source, arguments.output, chosen, len(recipe.stages))
+    choose_device(arguments.device)
     return Job(
+        name="standard input" if source == STANDARD else source,
         image=image,
-        output=output,
-        json=report,
-        stages=stages,
-        schedule=schedule,
-        options=options,
+        recipe=recipe,
+        output=arguments.output,
+        outputs=chosen,
         device=arguments.device,
-        seed=arguments.seed,
         quiet=arguments.quiet,
     )
 
 
-def _checked_schedule(arguments: argparse.Namespace) -> tuple[int, ...]:
-    from livecl.schedule import parse_schedule
-
+def recipe_of(arguments: argparse.Namespace) -> Recipe:
+    """Return what is to be done to each picture."""
     paths, schedule = arguments.paths, arguments.schedule
+    if paths is None and schedule is None:
+        paths = PRESET_PATHS.get(arguments.preset)
     if arguments.preset == "diffvg" and schedule is None:
         schedule = str(paths or DEFAULT_PATHS)
+    return Recipe(
+        paths=paths,
+        schedule=schedule,
+        options=given_options(arguments),
+        seed=arguments.seed,
+        size=arguments.size,
+        precision=arguments.precision,
+    )
+
+
+def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return what a file of options says that leads to the same recipe."""
+    return {
+        **({"paths": "auto"} if recipe.paths == "auto" else {"schedule": list(recipe.stages)}),
+        "size": recipe.size,
+        "precision": recipe.precision,
+        "seed": recipe.seed,
+        **dataclasses.asdict(recipe.options),
+        **{name: getattr(arguments, name) for name in ("device", "threads", "workers", "scheduler")},
+    }
+
+
+def _checked_batch(arguments: argparse.Namespace, recipe: Recipe) -> BatchJob:
+    if STANDARD in arguments.inputs:
+        raise ValueError("-: standard input is one picture, and goes alone")
+    if arguments.output == STANDARD:
+        raise ValueError("-: several SVGs need a folder, not standard output")
+    for kind in OUTPUTS:
+        if getattr(arguments, kind.name) is not None:
+            raise ValueError(f"--{kind.name}: goes with one picture, and there are several, or a folder")
+    batch = Batch(
+        arguments.inputs,
+        arguments.output,
+        recipe=recipe,
+        device=arguments.device,
+        workers=arguments.workers,
+        threads=arguments.threads or 1,
+        scheduler=arguments.scheduler,
+        skip_done=not arguments.redo,
+    )
+    return BatchJob(batch=batch, folder=arguments.output, quiet=arguments.quiet)
+
+
+def _checked_image(source: str) -> NDArray[np.float32]:
+    image = read_image(sys.stdin.buffer if source == STANDARD else source)
     try:
-        return parse_schedule(schedule, paths)
+        empty_drawing((image.shape[0], image.shape[1]))
     except ValueError as error:
-        raise BadInputError(str(error)) from error
-
-
-def _checked_options(arguments: argparse.Namespace) -> Options:
-    from livecl.options import PRESETS
-
-    make = PRESETS[arguments.preset]
-    given = {name: getattr(arguments, name) for name in OPTION_NAMES if getattr(arguments, name) is not None}
-    if arguments.placement == "random" and make().shape == "outline":  # there is no region to fit an outline to
-        given.setdefault("shape", "circle")
-    try:
-        options = make(**given)
-        return options.choosing_paths() if arguments.paths == "auto" else options
-    except ValueError as error:
-        raise BadInputError(str(error)) from error
-
-
-def _checked_image(path: str) -> Any:
-    from livecl.drawing import empty_drawing
-    from livecl.image import read_image
-
-    try:
-        image = read_image(path)
-    except ImageError as error:
-        raise BadInputError(str(error)) from error
-    try:
-        empty_drawing(image.shape[:2])
-    except ValueError as error:
-        raise BadInputError(f"{path}: {error}") from error
+        raise ValueError(f"{source}: {error}") from error
     return image
-
-
-def check_device(device: str | None) -> None:
-    """Refuse a device that is not there."""
-    from livecl.device import choose_device
-
-    try:
-        choose_device(device)
-    except DeviceError as error:
-        raise BadInputError(str(error)) from error
