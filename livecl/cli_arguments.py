@@ -58,7 +58,7 @@ def parse_arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
         If they are not usable.
     """
     parser = build_parser()
-    given = parser.parse_args(argv)
+    given = parser.parse_intermixed_args(argv)
     if given.config is None:
         return given
     words = []
@@ -67,10 +67,10 @@ def parse_arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
             continue  # one of the two on the command line stands for both
         words += _words(given.config, parser.settings[key], value)
     try:
-        configured = parser.parse_args(words)
+        configured = parser.parse_intermixed_args(words)
     except ValueError as error:
         raise ValueError(f"{given.config}: {str(error).removesuffix(' (see --help)')}") from error
-    return parser.parse_args(argv, configured)
+    return parser.parse_intermixed_args(argv, configured)
 
 
 def build_parser() -> Parser:
