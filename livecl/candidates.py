@@ -56,6 +56,17 @@ def paint_of(color: ArrayLike) -> FloatArray:
     return np.array([*np.clip(color[:3] / max(alpha, CLEAR), 0, 1), opacity])
 
 
+def paint_over(ground: ArrayLike, color: ArrayLike) -> FloatArray:
+    """Return the fill, straight RGBA (4,), that turns one premultiplied RGBA (4,) into another where paint can do so.
+
+    Paint of colour c = (r, g, b, 1) and opacity o over G shows (1 - o) G + o c; so, from the alphas,
+    o = (A - A_G) / (1 - A_G), and c follows.
+    """
+    ground, color = np.asarray(ground, dtype=np.float64), np.asarray(color, dtype=np.float64)
+    opacity = np.clip((color[3] - ground[3]) / max(1 - ground[3], CLEAR), CLEAR, 1)
+    return np.array([*np.clip((color - (1 - opacity) * ground)[:3] / opacity, 0, 1), opacity])
+
+
 def initial_outline(place: Place, size: tuple[int, int], options: Options, rng: np.random.Generator) -> Outline:
     """Return what a new path at a place looks like, on a canvas of `size`."""
     if options.shape == "random":
@@ -111,15 +122,18 @@ class _Judge:
         members = np.argwhere(region.mask)
         center = members.mean(axis=0)[::-1] + 0.5
         place = Place(center, np.floor(center[::-1]).astype(np.int64), region.mask)
-        rgba, options = paint_of(region.color), self._options
-        whole = self._candidate(initial_outline(place, region.mask.shape, options, self._rng), rgba)
+        options, outline = self._options, initial_outline(place, region.mask.shape, self._options, self._rng)
+        fills = [paint_of(region.color)]
+        if fills[0][3] < 1:
+            fills.append(paint_over(self._painting.image[region.mask].mean(axis=0), region.color))
+        whole = max((self._candidate(outline, rgba) for rgba in fills), key=_gain)
         if not (options.holes and options.shape == "outline"):
             return whole
         opened = [hole for hole in holes(region.mask, SMALL_REGION)[:MOST_HOLES] if self._differs(hole, region.color)]
         if not opened:
             return whole
         outline = [*whole.outline, *(reversed_path(_fitted(hole, options.segments)) for hole in opened)]
-        return max(whole, self._candidate(outline, rgba), key=lambda candidate: candidate.trial.gain)
+        return max(whole, self._candidate(outline, whole.rgba), key=_gain)
 
     def _differs(self, hole: BoolArray, color: FloatArray) -> bool:
         """Whether the picture in a hole is better as it is than painted over."""
@@ -153,6 +167,10 @@ class _Judge:
             layer_offsets=[0, len(outline)],
         )
         return self._rasterizer.forward(white)[..., 0]
+
+
+def _gain(candidate: Candidate) -> float:
+    return candidate.trial.gain
 
 
 def _fitted(mask: BoolArray, segments: int) -> FloatArray:

@@ -67,7 +67,7 @@ def as_image(source: ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Ima
     Returns
     -------
     (H, W, 3) or (H, W, 4) float32
-        As from :func:`read_image`; an array's alpha is kept where it is 1 all over.
+        Straight RGB in [0, 1]; RGBA where some alpha is below 1.
 
     Raises
     ------
@@ -86,13 +86,16 @@ def as_image(source: ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Ima
     if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
         raise ValueError(f"image: shape {array.shape}, wanted (H, W, 3), or (H, W, 4) with straight alpha")
     if array.dtype in (np.bool_, np.uint8, np.uint16):
-        largest = 1 if array.dtype == np.bool_ else np.iinfo(array.dtype).max
-        return (array / np.float64(largest)).astype(np.float32)
+        array = array / np.float64(1 if array.dtype == np.bool_ else np.iinfo(array.dtype).max)
     if not np.issubdtype(array.dtype, np.floating):
         raise ValueError(f"image: numbers of type {array.dtype}, wanted floats in [0, 1], uint8, uint16 or bool")
     if not np.all((array >= 0) & (array <= 1)):
         raise ValueError("image: all numbers must be finite and within [0, 1]")
-    return array.astype(np.float32)
+    return _without_needless_alpha(array.astype(np.float32))
+
+
+def _without_needless_alpha(pixels: FloatArray) -> FloatArray:
+    return pixels[..., :3] if pixels.shape[2] == 4 and pixels[..., 3].min() >= 1 else pixels
 
 
 def premultiplied(image: ArrayLike) -> FloatArray:
@@ -118,9 +121,8 @@ def _straight(name: str, data: bytes, image: Image | None) -> FloatArray:
     low, high = float(pixels.min()), float(pixels.max())
     if low < -OVERSHOOT or high > 1 + OVERSHOOT:
         raise ImageError(f"{name}: pixels range from {low:g} to {high:g}; scale them to [0, 1]")
-    if pixels.shape[2] == 4 and pixels[..., 3].min() >= 1:
-        pixels = pixels[..., :3]
-    return np.ascontiguousarray(_turned(np.clip(pixels, 0, 1), orientation), dtype=np.float32)
+    pixels = _without_needless_alpha(np.clip(pixels, 0, 1))
+    return np.ascontiguousarray(_turned(pixels, orientation), dtype=np.float32)
 
 
 def over_background(image: ArrayLike, background: ArrayLike) -> FloatArray:
