@@ -129,6 +129,13 @@ def _add_files(add: Adder) -> None:
         metavar="OUT",
         help="the SVG to write, - for standard output; of several pictures or a folder, the folder for the SVGs",
     )
+    add("--start", metavar="FILE.svg", help="start from a drawing: refine it, then add the paths asked for, if any")
+    add(
+        "--lock",
+        action="append",
+        metavar="LAYER",
+        help="keep a layer of --start as it is: its number, counted from 0, its name or colour; may be repeated",
+    )
     for output in OUTPUTS:
         add(f"--{output.name}", metavar=output.metavar, help=output.help)
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +18,12 @@ from livecl.batch_files import is_pattern
 from livecl.cli_options import given_options
 from livecl.cli_outputs import OUTPUTS, STANDARD, Output, check_outputs
 from livecl.device import choose_device
-from livecl.drawing import empty_drawing
+from livecl.drawing import Drawing, empty_drawing
 from livecl.image import read_image
 from livecl.options import PRESET_PATHS
 from livecl.recipe import Recipe
 from livecl.schedule import DEFAULT_PATHS
+from livecl.svg import read_svg
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -67,6 +69,7 @@ def checked(arguments: argparse.Namespace) -> Job | BatchJob:
     (source,) = inputs
     image = _checked_image(source)
     chosen = [(kind, Path(path)) for kind in OUTPUTS if (path := getattr(arguments, kind.name)) is not None]
+    recipe.start_on((image.shape[0], image.shape[1]))
     check_outputs(source, arguments.output, chosen, len(recipe.stages))
     choose_device(arguments.device)
     return Job(
@@ -83,9 +86,10 @@ def checked(arguments: argparse.Namespace) -> Job | BatchJob:
 def recipe_of(arguments: argparse.Namespace) -> Recipe:
     """Return what is to be done to each picture."""
     paths, schedule = arguments.paths, arguments.schedule
-    if paths is None and schedule is None:
+    start = None if arguments.start is None else read_svg(arguments.start)
+    if paths is None and schedule is None and start is None:
         paths = PRESET_PATHS.get(arguments.preset)
-    if arguments.preset == "diffvg" and schedule is None:
+    if arguments.preset == "diffvg" and schedule is None and start is None:
         schedule = str(paths or DEFAULT_PATHS)
     return Recipe(
         paths=paths,
@@ -94,7 +98,18 @@ def recipe_of(arguments: argparse.Namespace) -> Recipe:
         seed=arguments.seed,
         size=arguments.size,
         precision=arguments.precision,
+        start=start,
+        lock=_locked(start, arguments.lock or ()),
     )
+
+
+def _locked(start: Drawing | None, specs: Sequence[str]) -> tuple[int, ...]:
+    """Return the layers that are named, each once."""
+    if start is None:
+        if specs:
+            raise ValueError("--lock: layers of what? name the drawing that they belong to with --start")
+        return ()
+    return tuple(sorted({int(layer) for spec in specs for layer in start.select(spec)}))
 
 
 def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]:
