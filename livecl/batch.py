@@ -60,6 +60,10 @@ class Batch:
             from livecl.device import choose_device
 
             choose_device(device)
+        else:
+            from livecl.batch_cluster import check_scheduler
+
+            check_scheduler(scheduler)
 
     def run(self, on_outcome: Callable[[Outcome], None] | None = None) -> list[Outcome]:
         """Do the work; see :func:`vectorize_files`."""
@@ -201,7 +205,7 @@ def vectorize_files(
     Raises
     ------
     ValueError
-        If an argument is not usable, an input is not there, or no scheduler answers: before any work.
+        If an argument is not usable, an input is not there, or no scheduler answers, before any work.
     DeviceError
         If the device cannot be had on this machine, before any work.
     LiveclError

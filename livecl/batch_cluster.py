@@ -27,6 +27,15 @@ CONNECT_SECONDS = 10
 AHEAD = 2
 
 
+def check_scheduler(scheduler: str) -> None:
+    """Raise what :func:`connected` would, without starting anything."""
+    if scheduler == LOCAL:
+        _package()
+    else:
+        with connected(scheduler):
+            pass
+
+
 @contextlib.contextmanager
 def connected(scheduler: str, *, workers: int | None = None, threads: int = 1) -> Iterator[Client]:
     """Connect to a Dask scheduler for a while.
@@ -44,15 +53,11 @@ def connected(scheduler: str, *, workers: int | None = None, threads: int = 1) -
     Raises
     ------
     ValueError
-        If no scheduler answers at the address.
-    LiveclError
-        If Dask's package is not installed.
+        If no scheduler answers at the address, or Dask's package is not installed.
     """
-    try:
-        import dask
-        from distributed import Client, LocalCluster
-    except ImportError as error:
-        raise LiveclError(f"scheduler: Dask is needed ({error}); pip install 'livecl[cluster]'") from error
+    distributed = _package()
+    import dask
+
     limits = {
         "distributed.scheduler.allowed-failures": MAX_ATTEMPTS - 1,  # of a scheduler that is started here
         "distributed.admin.large-graph-warning-threshold": "1 GiB",  # pictures are large, and meant to travel
@@ -60,20 +65,29 @@ def connected(scheduler: str, *, workers: int | None = None, threads: int = 1) -
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set(limits))
         if scheduler == LOCAL:
-            cluster = LocalCluster(
+            cluster = distributed.LocalCluster(
                 n_workers=workers or available_cores(),
                 threads_per_worker=1,
                 processes=True,
                 env={THREADS_VARIABLE: str(threads)},
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",
                 silence_logs=logging.ERROR,
             )
             scheduler = stack.enter_context(cluster).scheduler_address
         try:
-            client = Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False)
+            client = distributed.Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             raise ValueError(f"scheduler: no Dask scheduler answers at {scheduler!r}: {error}") from error
         yield stack.enter_context(client)
+
+
+def _package() -> Any:
+    """Return Dask's package for clusters."""
+    try:
+        import distributed
+    except ImportError as error:
+        raise ValueError(f"scheduler: Dask is needed ({error}); pip install 'livecl[cluster]'") from error
+    return distributed
 
 
 def work_on_cluster(tasks: Iterable[Task], work: Work, client: Client) -> Generator[tuple[int, Made | str], None, None]:

@@ -70,6 +70,7 @@ def parse_arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
         configured = parser.parse_intermixed_args(words)
     except ValueError as error:
         raise ValueError(f"{given.config}: {str(error).removesuffix(' (see --help)')}") from error
+    del configured.inputs
     return parser.parse_intermixed_args(argv, configured)
 
 
