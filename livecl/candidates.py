@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -11,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from livecl.components import Place
 from livecl.drawing import Drawing
+from livecl.fitting import fit_outlines
 from livecl.options import Options
-from livecl.outline import border, circle, fit_outline, holes, random_outline, reversed_path
+from livecl.outline import border, circle, holes, random_outline, reversed_path, without_holes
 from livecl.painting import Painting, Trial
 from livecl.rasterizer import Rasterizer
 from livecl.regions import Region, RegionFinder
@@ -22,12 +25,13 @@ BoolArray = NDArray[np.bool_]
 #: Subpaths (s, 3, 2) of a layer, px.
 Outline = list[FloatArray]
 
-#: Regions that are looked at closely for each new path, and as long as none of them would lower the error.
-CANDIDATES, MOST_CANDIDATES = 12, 48
+#: Regions that are tried as they are for each new path, and those of them that are tried with an outline.
+CANDIDATES, CLOSE_CANDIDATES = 12, 3
 #: Pixels under which a region is too small for its border to tell more than a circle of its area.
 SMALL_REGION = 12
-#: Share of the removed error that each segment beyond `segments` must add.
-GAIN_PER_SEGMENT = 0.001
+#: What each segment beyond `segments` must add: a share of the error removed, or, if that is less, of the mean squared
+#: error of the picture.
+GAIN_PER_SEGMENT, SEGMENT_MSE = 0.001, 3e-6
 #: Alpha from which on paint starts opaque, and under which a region counts as clear: no paint makes a picture clearer.
 OPAQUE_FROM, CLEAR = 0.9, 0.02
 #: Holes of a region that are looked at.
@@ -72,7 +76,7 @@ def initial_outline(place: Place, size: tuple[int, int], options: Options, rng: 
     if options.shape == "random":
         return [random_outline(place.center, options.segments, size, rng)]
     if options.shape == "outline" and place.mask is not None:
-        return [_fitted(place.mask, options.segments)]
+        return [fitted(place.mask, options.segments)[-1]]
     return [circle(place.center, options.radius, options.segments)]
 
 
@@ -100,61 +104,73 @@ class _Judge:
 
     def best(self, finder: RegionFinder) -> Candidate:
         """Return the best candidate; where no region lowers the error, a circle at its largest pixel."""
-        best: Candidate | None = None
-        best_region: Region | None = None
         error = self._painting.error.astype(np.float64)
-        for number, region in enumerate(finder.best(error, MOST_CANDIDATES)):
-            # No path can do better than the region itself.
-            if best is not None and (region.gain <= best.trial.gain or number >= CANDIDATES):
+        best: Candidate | None = None
+        tried = [self._as_it_is(region) for region in self._regions(finder, error)]
+        for gain, mask, rgba in sorted(tried, key=lambda item: -item[0])[:CLOSE_CANDIDATES]:
+            if gain <= (0.0 if best is None else best.trial.gain):  # no outline is better than the region itself
                 break
-            if len(region.color) == 4 and region.color[3] < CLEAR:
-                continue
-            candidate = self._of_region(region)
+            candidate = self._outlined(mask, rgba)
             if candidate.trial.gain > (0.0 if best is None else best.trial.gain):
-                best, best_region = candidate, region
-        if best is None or best_region is None:
-            row, column = np.unravel_index(int(np.argmax(error)), error.shape)
-            outline = [circle((column + 0.5, row + 0.5), self._options.radius, self._options.segments)]
-            return self._candidate(outline, paint_of(self._painting.target[row, column]))
-        return self._finer(best, best_region) if self._options.shape == "outline" else best
+                best = candidate
+        if best is not None:
+            return best
+        row, column = np.unravel_index(int(np.argmax(error)), error.shape)
+        outline = [circle((column + 0.5, row + 0.5), self._options.radius, self._options.segments)]
+        return self._candidate(outline, paint_of(self._painting.target[row, column]))
 
-    def _of_region(self, region: Region) -> Candidate:
-        members = np.argwhere(region.mask)
-        center = members.mean(axis=0)[::-1] + 0.5
-        place = Place(center, np.floor(center[::-1]).astype(np.int64), region.mask)
-        options, outline = self._options, initial_outline(place, region.mask.shape, self._options, self._rng)
+    def _regions(self, finder: RegionFinder, error: FloatArray) -> Iterator[Region]:
+        """Yield the regions to look at: those that hold most error, and are not clear."""
+        for region in finder.best(error, CANDIDATES):
+            if len(region.color) == 3 or region.color[3] >= CLEAR:
+                yield region
+
+    def _as_it_is(self, region: Region) -> tuple[float, BoolArray, FloatArray]:
+        """Return what a region's own pixels would remove as a layer, with or without its holes, and in which fill."""
         fills = [paint_of(region.color)]
         if fills[0][3] < 1:
             fills.append(paint_over(self._painting.image[region.mask].mean(axis=0), region.color))
-        whole = max((self._candidate(outline, rgba) for rgba in fills), key=_gain)
-        if not (options.holes and options.shape == "outline"):
-            return whole
+        masks = [without_holes(region.mask)]
+        if self._options.holes and self._options.shape == "outline":
+            opened = self._opened(region, masks[0])
+            if opened is not None:
+                masks.append(opened)
+        trials = [(self._try(mask, rgba).gain, number) for number, (mask, rgba) in enumerate(product(masks, fills))]
+        gain, number = max(trials)
+        return gain, masks[number // len(fills)], fills[number % len(fills)]
+
+    def _opened(self, region: Region, filled: BoolArray) -> BoolArray | None:
+        """Return the region with those holes in which the picture is better as it is; None if there are none."""
         opened = [hole for hole in holes(region.mask, SMALL_REGION)[:MOST_HOLES] if self._differs(hole, region.color)]
-        if not opened:
-            return whole
-        outline = [*whole.outline, *(reversed_path(_fitted(hole, options.segments)) for hole in opened)]
-        return max(whole, self._candidate(outline, whole.rgba), key=_gain)
+        return filled & ~np.logical_or.reduce(opened) if opened else None
 
     def _differs(self, hole: BoolArray, color: FloatArray) -> bool:
         """Whether the picture in a hole is better as it is than painted over."""
         painted = np.square(self._painting.target[hole] - color).sum()
         return bool(self._painting.error[hole].sum() < painted)
 
-    def _finer(self, best: Candidate, region: Region) -> Candidate:
-        """Take more segments for the outer border where each adds enough."""
-        options, first = self._options, best
-        for segments in range(options.segments + 1, options.max_segments + 1):
-            outline = [_fitted(region.mask, segments), *first.outline[1:]]
-            candidate = self._candidate(outline, best.rgba)
-            needed = GAIN_PER_SEGMENT * best.trial.gain * (candidate.num_segments - best.num_segments)
-            if candidate.trial.gain > best.trial.gain + needed:
+    def _outlined(self, mask: BoolArray, rgba: FloatArray) -> Candidate:
+        """Return a layer with an outline around a region, of more segments than `segments` where each adds enough."""
+        options = self._options
+        if options.shape != "outline":
+            return self._candidate(initial_outline(_place(mask), mask.shape, options, self._rng), rgba)
+        inner = [reversed_path(fitted(hole, options.segments)[-1]) for hole in holes(mask, SMALL_REGION)]
+        outer = fitted(mask, max(options.segments, options.max_segments))
+        best = self._candidate([outer[options.segments - 1], *inner], rgba)
+        for path in outer[options.segments : options.max_segments]:
+            candidate = self._candidate([path, *inner], rgba)
+            share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_MSE * self._painting.target.size)
+            if candidate.trial.gain > best.trial.gain + share * (candidate.num_segments - best.num_segments):
                 best = candidate
         return best
 
     def _candidate(self, outline: Outline, rgba: FloatArray) -> Candidate:
+        return Candidate(outline, rgba, self._try(self._coverage(outline), rgba))
+
+    def _try(self, coverage: NDArray[Any], rgba: FloatArray) -> Trial:
         color = np.ones(self._painting.target.shape[2])
         color[:3] = rgba[:3]
-        return Candidate(outline, rgba, self._painting.try_layer(rgba[3] * self._coverage(outline), color))
+        return self._painting.try_layer(rgba[3] * coverage, color)
 
     def _coverage(self, outline: Outline) -> NDArray[Any]:
         height, width = self._painting.target.shape[:2]
@@ -169,13 +185,15 @@ class _Judge:
         return self._rasterizer.forward(white)[..., 0]
 
 
-def _gain(candidate: Candidate) -> float:
-    return candidate.trial.gain
+def _place(mask: BoolArray) -> Place:
+    center = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
+    return Place(center, np.floor(center[::-1]).astype(np.int64), mask)
 
 
-def _fitted(mask: BoolArray, segments: int) -> FloatArray:
-    """Return the path around a region (H, W); holes are filled."""
+def fitted(mask: BoolArray, most: int) -> list[FloatArray]:
+    """Return paths of 1, 2, ... `most` segments around a region (H, W); holes are filled."""
     area = int(mask.sum())
     if area < SMALL_REGION:
-        return circle(np.argwhere(mask).mean(axis=0)[::-1] + 0.5, np.sqrt(area / np.pi), segments)
-    return fit_outline(border(mask), segments)
+        center = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
+        return [circle(center, np.sqrt(area / np.pi), segments) for segments in range(1, most + 1)]
+    return fit_outlines(border(mask), most)

@@ -91,7 +91,7 @@ class Options:
     holes: bool = True
     settle: float = 0.1
     revisions: int = 8
-    prune: float = 1e-6
+    prune: float = 5e-6
     target_mse: float = 0.0
     path_gain: float = 0.0
     untangle: bool = True
