@@ -3,8 +3,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import re
 import signal
+import socket
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,6 +20,10 @@ from distributed import Client, LocalCluster
 from livecl.batch import vectorize_files
 from livecl.batch_cluster import connected
 from livecl.batch_record import Outcome
+from livecl.options import PRESETS
+from livecl.recipe import Recipe
+
+ROOT = Path(__file__).resolve().parent.parent
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +80,46 @@ def test_a_cluster_for_the_time_of_the_batch(tmp_path: Path) -> None:
     assert [outcome.status for outcome in outcomes] == ["failed", "done", "done"]
     assert "the worker failed" in outcomes[0].message and "\n" not in outcomes[0].message
     assert svgs(tmp_path / "out") == single_runs(files[1:], QUICK)
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_documentation(tmp_path: Path) -> None:
+    (file,) = make_pictures(tmp_path / "photos", 1)
+    text = (ROOT / "docs" / "clusters.md").read_text()
+    lines = re.findall(r"^ *((?:POCL\S+ )?(?:dask|livecl) .*10\.0\.0\.5.*)$", text, re.MULTILINE)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = str(free.getsockname()[1])
+    scheduler, worker, client = (line.replace("10.0.0.5", "127.0.0.1").replace("8786", port).split() for line in lines)
+    variable, worker = worker[0].split("=", 1), worker[1:]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), variable[0]: variable[1]}
+    with contextlib.ExitStack() as stack:
+        for command in (scheduler, worker):
+            process = subprocess.Popen(
+                [
+                    sys.executable,
+                    "-m",
+                    *command,
+                    *(["--dashboard-address", "127.0.0.1:0"] if command is scheduler else []),
+                ],
+                env=environment,
+                cwd=tmp_path,
+                stderr=subprocess.DEVNULL,
+            )
+            stack.callback(process.wait, 30)
+            stack.callback(process.terminate)
+        done = subprocess.run(
+            [sys.executable, "-m", *client, "--paths", "2", "--iterations", "5", "--revisions", "0"],
+            env=environment,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=100,
+            check=False,
+        )
+    assert (done.returncode, done.stderr) == (0, "svgs: 1 done\n")
+    recipe = Recipe(paths=2, options=PRESETS["photo"](iterations=5, revisions=0))
+    assert svgs(tmp_path / "svgs") == single_runs([file], recipe)
 
 
 def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
