@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import hashlib
+import logging
 import os
 from collections.abc import Callable, Generator, Iterable, Iterator
 from pathlib import Path
@@ -20,6 +21,8 @@ from livecl.recipe import Recipe
 
 if TYPE_CHECKING:
     from distributed import Client
+
+_log = logging.getLogger(__name__)
 
 
 class Batch:
@@ -130,6 +133,8 @@ class Batch:
         """Write the SVG, and return what became of the picture."""
         if isinstance(answer, str):
             return _failed(picture, answer)
+        for warning in answer.warnings:
+            _log.warning("%s", warning)
         target = self._folder / picture.output
         try:
             target.parent.mkdir(parents=True, exist_ok=True)

@@ -19,6 +19,8 @@ from livecl.errors import LiveclError
 if TYPE_CHECKING:
     from distributed import Client
 
+_log = logging.getLogger(__name__)
+
 #: The address that stands for a cluster on this machine, for the time of the batch.
 LOCAL = "local"
 #: Seconds in which a scheduler must answer.
@@ -112,6 +114,8 @@ def work_on_cluster(tasks: Iterable[Task], work: Work, client: Client) -> Genera
             numbers[future] = task.number
             finished.add(future)
 
+    if not client.nthreads():
+        _log.warning("the scheduler has no workers yet; waiting for some")
     send()
     for future in finished:
         number = numbers.pop(future)

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import os
 import signal
 import threading
+import warnings
 from multiprocessing.connection import Connection
 
 from livecl import __version__
@@ -39,7 +41,7 @@ class Work:
 
 @dataclasses.dataclass(frozen=True)
 class Made:
-    """A picture's SVG and the figures of its run; sizes are (height, width), px."""
+    """A picture's SVG and the figures of its run; sizes are (height, width), px; what it was warned of."""
 
     svg: str
     paths: int
@@ -47,6 +49,7 @@ class Made:
     seconds: float
     size: tuple[int, int]
     working_size: tuple[int, int]
+    warnings: tuple[str, ...]
 
 
 def make(data: bytes, name: str, work: Work) -> Made | str:
@@ -70,13 +73,13 @@ def make(data: bytes, name: str, work: Work) -> Made | str:
 
     if work.version != __version__:
         return f"the worker has livecl {__version__}, wanted {work.version}, as where the batch was started"
+    stream = io.BytesIO(data)
+    stream.name = name
     try:
-        with _one_at_a_time:
-            image = read_image(data)
-            result = work.recipe.vectorize(image, work.device)
+        with _one_at_a_time, warnings.catch_warnings(record=True) as caught:
+            result = work.recipe.vectorize(read_image(stream), work.device)
     except Exception as error:
-        reason = str(error) or type(error).__name__
-        return " ".join(reason.replace("picture data", name).split())
+        return " ".join((str(error) or type(error).__name__).split())
     return Made(
         svg=work.recipe.svg(result.drawing),
         paths=result.drawing.num_layers,
@@ -84,6 +87,7 @@ def make(data: bytes, name: str, work: Work) -> Made | str:
         seconds=result.seconds,
         size=result.drawing.size,
         working_size=result.working_size or result.drawing.size,
+        warnings=tuple(str(warning.message) for warning in caught),
     )
 
 

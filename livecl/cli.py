@@ -55,8 +55,8 @@ def _run(arguments: argparse.Namespace) -> int:
             print(text, end="")  # noqa: T201
             return 0
         job = checked(arguments)
-    except (ValueError, LiveclError) as error:
-        complain(str(error))
+    except (ValueError, LiveclError, OSError, MemoryError) as error:
+        complain(str(error) or type(error).__name__)
         return BAD_INPUT
     except KeyboardInterrupt:
         complain("interrupted")
