@@ -25,23 +25,16 @@ DIFFERENCE_LEVELS = (4, 8)
 ALIKE = 20
 #: Fewest pixels of a region.
 SMALLEST = 3
-#: Share of a region's pixels that may be mixtures of their neighbours. A region of more is the soft edge between others,
-#: which shows as soon as these have their place.
-MOST_MIXED = 0.7
-#: A pixel is a mixture if a channel varies by more than `CONTRAST` about it, and the pixel lies within the middle part of
-#: that range, by this share of it away from both ends.
-CONTRAST, MIXTURE = 0.1, 0.1
 
 
 @dataclasses.dataclass(frozen=True)
 class _Segmentation:
-    """A partition of the picture: labels, and of each region area, mean colour, error left, share of mixed pixels."""
+    """A partition of the picture: labels, and of each region the area, the mean colour and the error left within it."""
 
     labels: NDArray[Any]
     area: FloatArray
     mean: FloatArray
     within: FloatArray
-    mixed: FloatArray
 
 
 @dataclasses.dataclass(frozen=True)
@@ -66,7 +59,6 @@ class RegionFinder:
         from scipy.ndimage import gaussian_filter
 
         self._target = target
-        self._mixed = mixed_pixels(target).ravel()
         partitions = []
         for blur, levels in TARGET_LEVELS:
             smooth = gaussian_filter(target, (blur, blur, 0)) if blur else target
@@ -84,7 +76,7 @@ class RegionFinder:
         seen: set[tuple[int, int]] = set()
         for number, segmentation in enumerate(self._segmentations):
             gain = np.bincount(segmentation.labels.ravel(), error.ravel(), len(segmentation.area)) - segmentation.within
-            gain[(segmentation.area < SMALLEST) | (segmentation.mixed > MOST_MIXED)] = 0.0
+            gain[segmentation.area < SMALLEST] = 0.0
             found += [(-gain[k], number, int(k)) for k in np.argsort(-gain, kind="stable")[:count] if gain[k] > 0]
         for negative_gain, number, k in sorted(found):
             segmentation = self._segmentations[number]
@@ -102,19 +94,7 @@ class RegionFinder:
         )
         squares = np.bincount(flat, np.square(self._target).sum(axis=-1).ravel(), count)
         mean = sums / np.maximum(area, 1)[:, None]
-        mixed = np.bincount(flat, self._mixed, count) / np.maximum(area, 1)
-        return _Segmentation(labels, area, mean, squares - (sums * mean).sum(axis=1), mixed)
-
-
-def mixed_pixels(target: FloatArray) -> BoolArray:
-    """Return which pixels of a picture (H, W, C) are mixtures of their neighbours, as along soft edges: (H, W)."""
-    from scipy.ndimage import maximum_filter, minimum_filter
-
-    low, high = minimum_filter(target, (3, 3, 1)), maximum_filter(target, (3, 3, 1))
-    span = high - low
-    channel = np.argmax(span, axis=2)[..., None]
-    low, span, value = (np.take_along_axis(array, channel, axis=2)[..., 0] for array in (low, span, target))
-    return np.asarray((span > CONTRAST) & (value > low + MIXTURE * span) & (value < low + (1 - MIXTURE) * span))
+        return _Segmentation(labels, area, mean, squares - (sums * mean).sum(axis=1))
 
 
 def _connected(levels: FloatArray) -> NDArray[Any]:
