@@ -210,7 +210,7 @@ PRESETS: dict[str, Callable[..., Options]] = {
     "diffvg": Options.diffvg,
     "icon": _kind(opacity="opaque"),
     "clipart": _kind(),
-    "photo": _kind(opacity="train"),
+    "photo": _kind(),
     "draft": _kind(iterations=60, revisions=0),
 }
 #: Number of paths, at most, of the presets that have one.

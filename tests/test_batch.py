@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 from batches import QUICK, SLOW, Deadly, NeverArriving, make_pictures, single_runs, svgs
+from PIL import Image
 
 import livecl
 from livecl.batch import Batch, vectorize_files
@@ -116,6 +117,16 @@ def test_a_bad_picture_does_not_stop_the_others(tmp_path: Path) -> None:
     assert svgs(tmp_path / "out") == single_runs(files, QUICK)
     row = table(tmp_path / "out")[0]
     assert (row["status"], row["message"]) == ("failed", outcomes[0].message)
+
+
+def test_warnings_of_pictures_come_back(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (file,) = make_pictures(tmp_path / "in", 1)
+    with Image.open(file) as image:
+        image.save(file, icc_profile=b"no profile")
+    (outcome,) = vectorize_files(file, tmp_path / "out", recipe=QUICK, workers=1)
+    assert outcome.status == "done"
+    messages = [record.getMessage() for record in caplog.records]
+    assert messages == [f"{file}: its colour profile cannot be applied; colours are taken as sRGB"]
 
 
 def test_what_is_done_is_skipped(tmp_path: Path) -> None:
