@@ -38,7 +38,7 @@ def merge_neighbors(
     free: NDArray[np.bool_],
     tolerance: float,
 ) -> Merged:
-    """Merge layers as long as the error rises by at most `tolerance` for each, mean squared; only the `free` ones, (N,).
+    """Merge `free` layers, (N,), as long as the mean squared error rises by at most `tolerance` for each.
 
     Two layers that touch, of colours that are the same by :func:`livecl.metrics.mergeable_pairs`, become one where most
     of what is visible of them lies in the same flat region of the picture. The new outline is that of the two together,
