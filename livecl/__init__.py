@@ -11,12 +11,14 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from livecl.batch import vectorize_files
     from livecl.device import list_devices
     from livecl.drawing import Drawing
     from livecl.errors import DeviceError, ImageError, KernelBuildError, LiveclError, SvgError
     from livecl.image import read_image
     from livecl.options import Options
     from livecl.rasterizer import Gradients, Rasterizer, render
+    from livecl.recipe import Recipe
     from livecl.result import Result
     from livecl.state import State
     from livecl.svg import read_svg
@@ -33,6 +35,7 @@ __all__ = [
     "LiveclError",
     "Options",
     "Rasterizer",
+    "Recipe",
     "Result",
     "State",
     "SvgError",
@@ -41,15 +44,18 @@ __all__ = [
     "read_svg",
     "render",
     "vectorize",
+    "vectorize_files",
 ]
 
 _MODULES = {
+    "batch": ["vectorize_files"],
     "device": ["list_devices"],
     "drawing": ["Drawing"],
     "errors": ["DeviceError", "ImageError", "KernelBuildError", "LiveclError", "SvgError"],
     "image": ["read_image"],
     "options": ["Options"],
     "rasterizer": ["Gradients", "Rasterizer", "render"],
+    "recipe": ["Recipe"],
     "state": ["State"],
     "svg": ["read_svg"],
     "result": ["Result"],

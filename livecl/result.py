@@ -44,6 +44,9 @@ class Result:
         The device that was used.
     options : Options
         Parameters of the method.
+    working_size : (int, int) or None
+        Height and width, px, of the pixels that were worked on and that all errors are measured on; None where they are
+        the drawing's own.
     """
 
     drawing: Drawing
@@ -53,6 +56,7 @@ class Result:
     compile_seconds: float
     device: str
     options: Options
+    working_size: tuple[int, int] | None = None
 
     @property
     def svg(self) -> str:

@@ -80,6 +80,8 @@ def test_json(folder: Path) -> None:
     assert set(report) == {
         "width",
         "height",
+        "working_width",
+        "working_height",
         "device",
         "version",
         "options",

@@ -65,6 +65,10 @@ def test_presets_by_name() -> None:
         "paper": Options.paper(),
         "released": Options.released(),
         "diffvg": Options.diffvg(),
+        "icon": Options(opacity="opaque"),
+        "clipart": Options(),
+        "photo": Options(),
+        "draft": Options(iterations=60, revisions=0),
     }
 
 
