@@ -19,16 +19,17 @@ from livecl.files import write_atomically
 from livecl.optimizers import Adam
 from livecl.options import Options
 
-_FORMAT = 1
+_FORMAT = 2
 
 
 @dataclasses.dataclass(frozen=True)
 class Fallback:
-    """A drawing with the moments that belong to it."""
+    """A drawing with the moments and the locks that belong to it."""
 
     drawing: Drawing
     points: Adam
     colors: Adam
+    locked: NDArray[np.bool_]
 
 
 @dataclasses.dataclass
@@ -51,6 +52,10 @@ class State:
         Lines that each segment is flattened into.
     rng : numpy.random.Generator
         Source of whatever is random.
+    locked : (N,) bool
+        Layers that stay as they are.
+    start_drawing : Drawing or None
+        What a run started from that began with layers.
     kept_weight : (H, W) float or None
         Distance weight that earlier stages left (the released program's loss).
     error : float
@@ -58,7 +63,7 @@ class State:
     failures : int
         Revisions in a row that did not lower the error.
     fallback : Fallback or None
-        What to return to if the revision under way does not lower it either.
+        What to return to if the refinement or revision under way does not lower it.
     """
 
     drawing: Drawing
@@ -71,14 +76,23 @@ class State:
     background: Adam
     pieces: NDArray[np.int32]
     rng: np.random.Generator
+    locked: NDArray[np.bool_]
+    start_drawing: Drawing | None = None
     kept_weight: NDArray[Any] | None = None
     error: float = float("inf")
     failures: int = 0
     fallback: Fallback | None = None
 
     @classmethod
-    def start(cls, drawing: Drawing, options: Options, schedule: tuple[int, ...], seed: int) -> State:
-        """Return the state before the first stage, from a drawing that may have layers already."""
+    def start(
+        cls,
+        drawing: Drawing,
+        options: Options,
+        schedule: tuple[int, ...],
+        seed: int,
+        locked: NDArray[np.bool_] | None = None,
+    ) -> State:
+        """Return the state before the first stage, from a drawing that may have layers already, some of them locked."""
         return cls(
             drawing=drawing,
             options=options,
@@ -90,7 +104,14 @@ class State:
             background=Adam.start((1, 3)),
             pieces=np.ones(drawing.num_segments, np.int32),
             rng=np.random.default_rng(seed),
+            locked=np.zeros(drawing.num_layers, bool) if locked is None else locked,
+            start_drawing=drawing if drawing.num_layers else None,
         )
+
+    @property
+    def locked_segments(self) -> NDArray[np.bool_]:
+        """Whether each segment belongs to a locked layer: (M,)."""
+        return self.locked[self.drawing.segment_layers]
 
     def add(self, new: Drawing, order: NDArray[np.intp]) -> None:
         """Add layers; `order` (N + K,) is the paint order of all, the new ones being numbered from N on."""
@@ -100,31 +121,38 @@ class State:
         self.colors.extend(new.num_layers)
         self.drawing = drawing.layer_subset(order)
         self.points, self.colors = self.points.subset(segments), self.colors.subset(order)
+        self.locked = np.concatenate([self.locked, np.zeros(new.num_layers, bool)])[order]
 
     def keep_layers(self, layers: NDArray[Any]) -> None:
         """Take out all layers but these (K,)."""
         segments = np.isin(self.drawing.segment_layers, layers)
         self.drawing = self.drawing.layer_subset(layers)
         self.points, self.colors = self.points.subset(segments), self.colors.subset(layers)
+        self.locked = self.locked[layers]
         self.pieces = self.pieces[segments]
 
     def fall_back(self) -> Fallback:
         """Return what :meth:`restore` needs to come back to this point."""
-        return Fallback(self.drawing, self.points.subset(slice(None)), self.colors.subset(slice(None)))
+        return Fallback(self.drawing, self.points.subset(slice(None)), self.colors.subset(slice(None)), self.locked)
 
     def restore(self, fallback: Fallback) -> None:
         """Return to an earlier drawing."""
         self.drawing, self.points, self.colors = fallback.drawing, fallback.points, fallback.colors
+        self.locked = fallback.locked
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the state to a file, replacing an existing one atomically."""
         drawing = self.drawing
-        arrays: dict[str, Any] = {"pieces": self.pieces, **_drawing_arrays("", drawing)}
+        arrays: dict[str, Any] = {"pieces": self.pieces, "locked": self.locked, **_drawing_arrays("", drawing)}
         if self.kept_weight is not None:
             arrays["kept_weight"] = self.kept_weight
+        if self.start_drawing is not None:
+            arrays.update(_drawing_arrays("start.", self.start_drawing))
         moments = {"points": self.points, "colors": self.colors, "background": self.background}
         if self.fallback is not None:
-            arrays.update(_drawing_arrays("fallback.", self.fallback.drawing))
+            arrays.update(
+                _drawing_arrays("fallback.", self.fallback.drawing), **{"fallback.locked": self.fallback.locked}
+            )
             moments |= {"fallback.points": self.fallback.points, "fallback.colors": self.fallback.colors}
         for name, adam in moments.items():
             arrays.update({f"adam.{name}.{field}": value for field, value in vars(adam).items()})
@@ -162,8 +190,12 @@ class State:
             rng.bit_generator.state = facts["rng"]
             fallback = None
             if "fallback.points" in arrays:
-                drawing = _drawing("fallback.", arrays, facts["size"])
-                fallback = Fallback(drawing, _adam("fallback.points", arrays), _adam("fallback.colors", arrays))
+                fallback = Fallback(
+                    _drawing("fallback.", arrays, facts["size"]),
+                    _adam("fallback.points", arrays),
+                    _adam("fallback.colors", arrays),
+                    arrays["fallback.locked"],
+                )
             return cls(
                 drawing=_drawing("", arrays, facts["size"]),
                 options=Options(**facts["options"]),
@@ -175,6 +207,8 @@ class State:
                 background=_adam("background", arrays),
                 pieces=arrays["pieces"],
                 rng=rng,
+                locked=arrays["locked"],
+                start_drawing=_drawing("start.", arrays, facts["size"]) if "start.points" in arrays else None,
                 kept_weight=arrays.get("kept_weight"),
                 error=facts["error"],
                 failures=facts["failures"],
