@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings one after the other: an animated SVG, a GIF, pictures."""
+"""Drawings one after the other: an animated SVG, a GIF."""
 
 from __future__ import annotations
 
 import dataclasses
-import io
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 from xml.etree import ElementTree
 
@@ -16,19 +15,14 @@ from numpy.typing import NDArray
 
 from livecl.drawing import Drawing
 from livecl.files import write_atomically
+from livecl.frames import check_canvases, encode_gif, render_frames
 from livecl.svg import format_svg
 from livecl.svg_reader import INKSCAPE_NAMESPACE, SVG_NAMESPACE
 
-#: Colours that a GIF's palette holds.
-PALETTE = 256
-#: Pixels, of all frames together, that the palette of a GIF is made from.
-PALETTE_PIXELS = 1 << 20
 #: A GIF counts in hundredths of a second; browsers slow down what is shown for less than two of them.
 SHORTEST_FRAME = 0.02
 #: Half of the smallest step of a colour.
 HALF_LEVEL = 0.5 / 255
-#: Pixels of a scaled canvas, at most.
-MAX_PIXELS = 1 << 26
 
 FloatArray = NDArray[np.float64]
 
@@ -138,69 +132,16 @@ def save_gif(
     ValueError
         If there are no drawings, their sizes differ, or a number is out of range.
     """
-    from PIL import Image
-
     _check_number("seconds_per_frame", seconds_per_frame, SHORTEST_FRAME)
     _check_number("hold", hold, 0)
-    frames = [np.rint(np.clip(frame, 0, 1) * 255).astype(np.uint8) for frame in render_frames(drawings, scale, device)]
-    palette = Image.fromarray(_sample(frames)[None]).quantize(PALETTE, method=Image.Quantize.MEDIANCUT, kmeans=1)
-    pictures = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    frames = list(render_frames(drawings, scale, device))
     durations = [seconds_per_frame] * len(frames)
     for end in {0, len(frames) - 1}:
         durations[end] += hold
     if bounce:
-        pictures += pictures[-2:0:-1]
+        frames += frames[-2:0:-1]
         durations += durations[-2:0:-1]
-    stream = io.BytesIO()
-    pictures[0].save(
-        stream,
-        "GIF",
-        save_all=True,
-        append_images=pictures[1:],
-        duration=[10 * round(100 * duration) for duration in durations],
-        loop=0,
-        optimize=False,
-    )
-    write_atomically(path, stream.getvalue())
-
-
-def render_frames(
-    drawings: Sequence[Drawing], scale: float = 1.0, device: int | str | None = None
-) -> Iterator[NDArray[np.float32]]:
-    """Render drawings one after the other, at another scale, what is transparent over white.
-
-    Parameters
-    ----------
-    drawings : sequence of Drawing
-        One or more on canvases of one size.
-    scale : float
-        Pixels of the pictures for each px of the canvas.
-    device : int, str or None
-        OpenCL device that renders.
-
-    Yields
-    ------
-    (H, W, 3) float32
-        RGB in [0, 1].
-
-    Raises
-    ------
-    ValueError
-        If there are no drawings, their sizes differ, or the scale is out of range.
-    """
-    from livecl.rasterizer import Rasterizer
-
-    _check_drawings(drawings)
-    _check_number("scale", scale, 1 / 1024)
-    height, width = drawings[0].size
-    size = (max(1, round(height * scale)), max(1, round(width * scale)))
-    if size[0] * size[1] > MAX_PIXELS:
-        raise ValueError(f"scale: got {scale!r}, which makes pictures of {size[1]} x {size[0]}; wanted a smaller one")
-    rasterizer = Rasterizer(size, device)
-    stretch = np.array([size[1] / width, size[0] / height])
-    for drawing in drawings:
-        image = rasterizer.forward(drawing.replace(points=drawing.points * stretch, size=size))
-        yield image if image.shape[2] == 3 else image[..., :3] + (1 - image[..., 3:])
+    write_atomically(path, encode_gif(frames, durations))
 
 
 def _timeline(count: int, seconds: float, hold: float, bounce: bool) -> _Timeline:
@@ -260,22 +201,8 @@ def _needed_keys(values: FloatArray, times: FloatArray, tolerance: float) -> lis
     return sorted(kept)
 
 
-def _sample(frames: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
-    """Return pixels of all frames, every so many of them: (K, 3)."""
-    step = max(1, math.ceil(sum(frame.size // 3 for frame in frames) / PALETTE_PIXELS))
-    return np.concatenate([frame.reshape(-1, 3)[::step] for frame in frames])
-
-
-def _check_drawings(drawings: Sequence[Drawing]) -> None:
-    if not drawings:
-        raise ValueError("drawings: got none, wanted at least one")
-    for index, drawing in enumerate(drawings):
-        if drawing.size != drawings[0].size:
-            raise ValueError(f"drawings: {index} has a canvas of {drawing.size} px, wanted {drawings[0].size} as 0 has")
-
-
 def _check_structure(drawings: Sequence[Drawing]) -> None:
-    _check_drawings(drawings)
+    check_canvases(drawings)
     first = drawings[0]
     for index, drawing in enumerate(drawings):
         same = np.array_equal(drawing.subpath_offsets, first.subpath_offsets)
