@@ -15,7 +15,7 @@ from livecl.components import Place
 from livecl.drawing import Drawing
 from livecl.fitting import fit_outlines
 from livecl.options import Options
-from livecl.outline import border, circle, holes, random_outline, reversed_path
+from livecl.outline import border, circle, holes, random_outline, reversed_path, without_holes
 from livecl.painting import Painting, Trial
 from livecl.rasterizer import Rasterizer
 from livecl.regions import Region, RegionFinder
@@ -29,6 +29,8 @@ Outline = list[FloatArray]
 CANDIDATES, CLOSE_CANDIDATES = 12, 3
 #: Pixels under which a region is too small for its border to tell more than a circle of its area.
 SMALL_REGION = 12
+#: What the gain of a region tried roughly may be too small by.
+ROUGHNESS = 1.05
 #: What each segment beyond `segments` must add: a share of the error removed, or, if that is less, of the mean squared
 #: error of the picture.
 GAIN_PER_SEGMENT, SEGMENT_MSE = 0.001, 3e-6
@@ -101,14 +103,15 @@ class _Judge:
         self._options = options
         self._rng = rng
         self._rasterizer = rasterizer
+        self._error = np.zeros(0)
 
     def best(self, finder: RegionFinder) -> Candidate:
         """Return the best candidate; where no region lowers the error, a circle at its largest pixel."""
-        error = self._painting.error.astype(np.float64)
+        error = self._error = self._painting.error.astype(np.float64)
         best: Candidate | None = None
         tried = [self._as_it_is(region) for region in self._regions(finder, error)]
         for gain, mask, rgba in sorted(tried, key=lambda item: -item[0])[:CLOSE_CANDIDATES]:
-            if gain <= (0.0 if best is None else best.trial.gain):  # no outline is better than the region itself
+            if best is not None and ROUGHNESS * gain <= best.trial.gain:  # no outline is better than the region itself
                 break
             candidate = self._outlined(mask, rgba)
             if candidate.trial.gain > (0.0 if best is None else best.trial.gain):
@@ -130,14 +133,15 @@ class _Judge:
         fills = [paint_of(region.color)]
         if fills[0][3] < 1:
             fills.append(paint_over(self._painting.image[region.mask].mean(axis=0), region.color))
-        from scipy.ndimage import binary_fill_holes
-
-        masks = [binary_fill_holes(region.mask)]
+        masks = [without_holes(region.mask)]
         if self._options.holes and self._options.shape == "outline":
             opened = self._opened(region, masks[0])
             if opened is not None:
                 masks.append(opened)
-        trials = [(self._try(mask, rgba).gain, number) for number, (mask, rgba) in enumerate(product(masks, fills))]
+        trials = [
+            (self._try(mask, rgba, roughly=True).gain, number)
+            for number, (mask, rgba) in enumerate(product(masks, fills))
+        ]
         gain, number = max(trials)
         return gain, masks[number // len(fills)], fills[number % len(fills)]
 
@@ -149,18 +153,17 @@ class _Judge:
     def _differs(self, hole: BoolArray, color: FloatArray) -> bool:
         """Whether the picture in a hole is better as it is than painted over."""
         painted = np.square(self._painting.target[hole] - color).sum()
-        return bool(self._painting.error[hole].sum() < painted)
+        return bool(self._error[hole].sum() < painted)
 
     def _outlined(self, mask: BoolArray, rgba: FloatArray) -> Candidate:
         """Return a layer with an outline around a region, of more segments than `segments` where each adds enough."""
         options = self._options
         if options.shape != "outline":
             return self._candidate(initial_outline(_place(mask), mask.shape, options, self._rng), rgba)
-        inner = [reversed_path(fitted(hole, options.segments)[-1]) for hole in holes(mask, SMALL_REGION)]
-        outer = fitted(mask, max(options.segments, options.max_segments))
-        best = self._candidate([outer[options.segments - 1], *inner], rgba)
-        for path in outer[options.segments : options.max_segments]:
-            candidate = self._candidate([path, *inner], rgba)
+        outlines = fitted_outlines(mask, options)
+        best = self._candidate(outlines[0], rgba)
+        for outline in outlines[1:]:
+            candidate = self._candidate(outline, rgba)
             share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_MSE * self._painting.target.size)
             if candidate.trial.gain > best.trial.gain + share * (candidate.num_segments - best.num_segments):
                 best = candidate
@@ -169,10 +172,10 @@ class _Judge:
     def _candidate(self, outline: Outline, rgba: FloatArray) -> Candidate:
         return Candidate(outline, rgba, self._try(self._coverage(outline), rgba))
 
-    def _try(self, coverage: NDArray[Any], rgba: FloatArray) -> Trial:
+    def _try(self, coverage: NDArray[Any], rgba: FloatArray, roughly: bool = False) -> Trial:
         color = np.ones(self._painting.target.shape[2])
         color[:3] = rgba[:3]
-        return self._painting.try_layer(rgba[3] * coverage, color)
+        return self._painting.try_layer(rgba[3] * coverage, color, roughly)
 
     def _coverage(self, outline: Outline) -> NDArray[Any]:
         height, width = self._painting.target.shape[:2]
@@ -190,6 +193,13 @@ class _Judge:
 def _place(mask: BoolArray) -> Place:
     center = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
     return Place(center, np.floor(center[::-1]).astype(np.int64), mask)
+
+
+def fitted_outlines(mask: BoolArray, options: Options) -> list[Outline]:
+    """Return outlines around a region (H, W) and its holes, of `segments` to `max_segments` segments for the border."""
+    inner = [reversed_path(fitted(hole, options.segments)[-1]) for hole in holes(mask, SMALL_REGION)]
+    outer = fitted(mask, max(options.segments, options.max_segments))
+    return [[path, *inner] for path in outer[options.segments - 1 :]]
 
 
 def fitted(mask: BoolArray, most: int) -> list[FloatArray]:
