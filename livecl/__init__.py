@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from livecl.options import Options
     from livecl.rasterizer import Gradients, Rasterizer, render
     from livecl.result import Result
+    from livecl.sequences import SequenceResult, vectorize_sequence
     from livecl.state import State
     from livecl.svg import read_svg
     from livecl.vectorizer import vectorize
@@ -35,6 +36,7 @@ __all__ = [
     "Options",
     "Rasterizer",
     "Result",
+    "SequenceResult",
     "State",
     "SvgError",
     "interpolate",
@@ -43,6 +45,7 @@ __all__ = [
     "read_svg",
     "render",
     "vectorize",
+    "vectorize_sequence",
 ]
 
 _MODULES = {
@@ -53,6 +56,7 @@ _MODULES = {
     "interpolation": ["interpolate"],
     "options": ["Options"],
     "rasterizer": ["Gradients", "Rasterizer", "render"],
+    "sequences": ["SequenceResult", "vectorize_sequence"],
     "state": ["State"],
     "svg": ["read_svg"],
     "result": ["Result"],

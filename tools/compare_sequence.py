@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compare a sequence, in which each drawing starts from the one before, with as many independent runs.
 
-The pictures are digits drawn by a pen, one turning into another. Printed for each pair of digits: seconds and mean error
-of both ways, and how far control points move from one drawing to the next, mean over points and pictures; those of
-independent runs after their layers and outlines are made to correspond as `livecl.interpolate` does.
+The pictures are digits drawn by a pen, one turning into another. Printed for each pair of digits: seconds and
+mean error of both ways, and how far control points move from one drawing to the next, mean over points and pictures;
+those of independent runs after layers (by order) and outlines are made to correspond as `livecl.interpolate` does.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -27,7 +28,7 @@ from livecl.image import save_image
 from livecl.interpolation import correspond
 from livecl.sequences import vectorize_sequence
 
-HEAD = "| digits | seconds, sequence | independent | ratio | MSE, sequence | independent | moved px, sequence | independent |"
+HEAD = "| digits | seconds, sequence | alone | ratio | MSE, sequence | alone | moved px, sequence | alone |"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -42,6 +43,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--frames", type=whole(2), default=9, metavar="N", help="pictures of each (default: 9)")
     parser.add_argument("--side", type=whole(16), default=64, metavar="PX", help="their sides (default: 64)")
     parser.add_argument("--refine-iterations", type=whole(1), metavar="N", help="for each picture but the first")
+    parser.add_argument("--add-paths", type=whole(0), default=0, metavar="N", help="for pictures that need more")
     parser.add_argument("-o", "--output", type=Path, metavar="OUT.png", help="the pictures, and both ways below them")
     add_method_arguments(parser)
     return parser
@@ -64,7 +66,9 @@ def work(argv: Sequence[str] | None) -> None:
     rows = []
     for first, last in arguments.digits:
         images = draw_frames(first, last, arguments.frames, arguments.side)
-        sequence = vectorize_sequence(images, refine_iterations=arguments.refine_iterations, **same)
+        sequence = vectorize_sequence(
+            images, refine_iterations=arguments.refine_iterations, add_paths=arguments.add_paths, **same
+        )
         alone = [livecl.vectorize(image, **same) for image in images]
         drawings = [result.drawing for result in alone]
         seconds, seconds_alone = sum(sequence.seconds), sum(result.seconds for result in alone)
@@ -83,9 +87,9 @@ def work(argv: Sequence[str] | None) -> None:
 def movement(drawings: Sequence[livecl.Drawing]) -> float:
     """Return how far control points move from drawing to drawing, mean over points and steps, px."""
     distances = []
-    for a, b in zip(drawings, drawings[1:], strict=False):
+    for a, b in itertools.pairwise(drawings):
         if not np.array_equal(a.subpath_offsets, b.subpath_offsets):
-            a, b = correspond(a, b, match="nearest")
+            a, b = correspond(a, b)
         distances.append(np.linalg.norm(b.points - a.points, axis=-1).mean())
     return float(np.mean(distances))
 

@@ -59,6 +59,13 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="N",
         help="iterations for each picture but the first (default: those of a stage)",
     )
+    parser.add_argument(
+        "--add-paths",
+        type=whole(0),
+        default=0,
+        metavar="N",
+        help="paths added for a picture that needs more (default: 0)",
+    )
     return parser
 
 
@@ -80,6 +87,7 @@ def work(argv: Sequence[str] | None) -> None:
             schedule=schedule,
             options=options,
             refine_iterations=arguments.refine_iterations,
+            add_paths=arguments.add_paths,
             device=arguments.device,
             seed=arguments.seed,
         )
