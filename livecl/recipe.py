@@ -93,7 +93,7 @@ class Recipe:
     @property
     def fingerprint(self) -> str:
         """A digest that differs where the SVGs of the same picture may: of all values and livecl's version."""
-        from livecl.svg import MAX_PRECISION, format_svg
+        from livecl.svg_writer import MAX_PRECISION, format_svg
 
         facts = {
             "version": __version__,
