@@ -15,7 +15,7 @@ from livecl.components import Place
 from livecl.drawing import Drawing
 from livecl.fitting import fit_outlines
 from livecl.options import Options
-from livecl.outline import border, circle, holes, random_outline, reversed_path
+from livecl.outline import border, circle, holes, random_outline, reversed_path, without_holes
 from livecl.painting import Painting, Trial
 from livecl.rasterizer import Rasterizer
 from livecl.regions import Region, RegionFinder
@@ -130,9 +130,7 @@ class _Judge:
         fills = [paint_of(region.color)]
         if fills[0][3] < 1:
             fills.append(paint_over(self._painting.image[region.mask].mean(axis=0), region.color))
-        from scipy.ndimage import binary_fill_holes
-
-        masks = [binary_fill_holes(region.mask)]
+        masks = [without_holes(region.mask)]
         if self._options.holes and self._options.shape == "outline":
             opened = self._opened(region, masks[0])
             if opened is not None:
@@ -156,11 +154,10 @@ class _Judge:
         options = self._options
         if options.shape != "outline":
             return self._candidate(initial_outline(_place(mask), mask.shape, options, self._rng), rgba)
-        inner = [reversed_path(fitted(hole, options.segments)[-1]) for hole in holes(mask, SMALL_REGION)]
-        outer = fitted(mask, max(options.segments, options.max_segments))
-        best = self._candidate([outer[options.segments - 1], *inner], rgba)
-        for path in outer[options.segments : options.max_segments]:
-            candidate = self._candidate([path, *inner], rgba)
+        outlines = fitted_outlines(mask, options)
+        best = self._candidate(outlines[0], rgba)
+        for outline in outlines[1:]:
+            candidate = self._candidate(outline, rgba)
             share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_MSE * self._painting.target.size)
             if candidate.trial.gain > best.trial.gain + share * (candidate.num_segments - best.num_segments):
                 best = candidate
@@ -190,6 +187,13 @@ class _Judge:
 def _place(mask: BoolArray) -> Place:
     center = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
     return Place(center, np.floor(center[::-1]).astype(np.int64), mask)
+
+
+def fitted_outlines(mask: BoolArray, options: Options) -> list[Outline]:
+    """Return outlines around a region (H, W) and its holes, of `segments` to `max_segments` segments for the border."""
+    inner = [reversed_path(fitted(hole, options.segments)[-1]) for hole in holes(mask, SMALL_REGION)]
+    outer = fitted(mask, max(options.segments, options.max_segments))
+    return [[path, *inner] for path in outer[options.segments - 1 :]]
 
 
 def fitted(mask: BoolArray, most: int) -> list[FloatArray]:

@@ -42,6 +42,8 @@ class Options:
         Share of the learning rates left at the end of a stage, in whose second half they fall; 1 to keep them.
     revisions : int
         Rounds, at the end, that take out the least useful paths and place them anew, kept if the error falls.
+    merge : bool
+        Whether neighbouring layers of one colour become one, in revisions and at the end.
     prune : float
         Layers without which the mean squared error rises by less than this are dropped at the end.
     target_mse : float
@@ -91,7 +93,8 @@ class Options:
     holes: bool = True
     settle: float = 0.1
     revisions: int = 8
-    prune: float = 1e-6
+    merge: bool = True
+    prune: float = 5e-6
     target_mse: float = 0.0
     path_gain: float = 0.0
     untangle: bool = True
@@ -171,6 +174,7 @@ _PAPER: dict[str, Any] = {
     "holes": False,
     "settle": 1.0,
     "revisions": 0,
+    "merge": False,
     "prune": 0.0,
     "target_mse": 0.0,
     "path_gain": 0.0,

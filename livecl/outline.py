@@ -33,22 +33,28 @@ def reversed_path(path: FloatArray) -> FloatArray:
 
 def border(mask: NDArray[np.bool_]) -> FloatArray:
     """Return the outer border of a region (H, W) as a closed polyline (P, 2), px; holes are filled."""
-    from scipy.ndimage import binary_fill_holes
     from skimage.measure import find_contours
 
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     top, left = rows[0], columns[0]
-    filled = binary_fill_holes(np.pad(mask[top : rows[-1] + 1, left : columns[-1] + 1], 1))
+    filled = without_holes(np.pad(mask[top : rows[-1] + 1, left : columns[-1] + 1], 1))
     contour = max(find_contours(filled.astype(np.float64), 0.5), key=len)[:-1]
     return np.asarray(contour[:, ::-1] + (left - 0.5, top - 0.5))  # of pixel centres; one pixel of padding
 
 
-def holes(mask: NDArray[np.bool_], smallest: int) -> list[NDArray[np.bool_]]:
-    """Return the holes of a region (H, W) of at least `smallest` pixels, the largest first."""
-    from scipy.ndimage import binary_fill_holes
+def without_holes(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return a region (H, W) with its holes filled: what is not connected, by sides of pixels, to the outside."""
     from skimage.measure import label
 
-    labels = label(binary_fill_holes(mask) & ~mask, connectivity=1)
-    areas = np.bincount(labels.ravel())
-    areas[0] = 0
+    outside = label(~np.pad(mask, 1), connectivity=1)[1:-1, 1:-1] == 1  # the corner of the padding is labelled first
+    return ~outside
+
+
+def holes(mask: NDArray[np.bool_], smallest: int) -> list[NDArray[np.bool_]]:
+    """Return the holes of a region (H, W) of at least `smallest` pixels, the largest first."""
+    from skimage.measure import label
+
+    labels = label(~np.pad(mask, 1), connectivity=1)[1:-1, 1:-1]
+    areas = np.bincount(labels.ravel(), minlength=2)
+    areas[:2] = 0  # the region itself, and what surrounds it
     return [labels == k for k in np.argsort(-areas, kind="stable") if areas[k] >= smallest]

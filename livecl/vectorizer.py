@@ -17,6 +17,7 @@ from livecl.background import TRAIN, WHITE, background_for, target_over
 from livecl.drawing import Drawing, concatenate, empty_drawing
 from livecl.errors import LiveclError
 from livecl.image import as_image
+from livecl.merging import merge_neighbors
 from livecl.objective import Objective
 from livecl.options import Options
 from livecl.placement import place_paths
@@ -24,12 +25,14 @@ from livecl.rasterizer import Rasterizer
 from livecl.result import Result, Stage
 from livecl.revision import least_useful, needed_layers
 from livecl.schedule import parse_schedule
-from livecl.state import State
+from livecl.state import FREE, State
 from livecl.svg import quantize
 
 Picture = ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Any
 #: A revision takes out one path in so many, and is kept if it lowers the error by at least such a share.
 REVISED_SHARE, LEAST_IMPROVEMENT = 16, 0.002
+#: Rise of the mean squared error that a merge may cost in a revision: the path that it sets free may be worth more.
+MERGING_LOSS = 1e-4
 #: Revisions in a row that may fail.
 MAX_FAILURES = 3
 
@@ -116,7 +119,7 @@ class Vectorizer:
         rounds = state.stage - len(state.schedule)
         if rounds < 0:
             return False
-        return rounds >= options.revisions or state.failures >= MAX_FAILURES or bool(state.locked.all())
+        return rounds >= options.revisions or state.failures >= MAX_FAILURES or not state.free.any()
 
     def begin(self) -> None:
         """Place the paths of the stage, or of the revision, that is about to start; a refinement adds none."""
@@ -124,8 +127,9 @@ class Vectorizer:
         if state.stage < len(state.schedule) and state.schedule[state.stage] == 0:
             state.fallback, count = state.fall_back(), 0
         elif state.stage >= len(state.schedule):
-            count = self._revised()
-            self._take_out(count)
+            state.fallback = state.fall_back()
+            count = self._merge(MERGING_LOSS) if state.options.merge and state.failures % 2 == 0 else 0
+            count += self._take_out()
         else:
             if state.stage and state.options.variant == "released":
                 state.kept_weight = self.objective.released_weight(state, state.stage - 1)
@@ -176,30 +180,39 @@ class Vectorizer:
         it is that one where nothing better was found.
         """
         state = self.state
-        best, locked = state.drawing, state.locked
+        best, free = state.drawing, state.free
         if state.fallback is not None and self.mse(state.fallback.drawing) < self.mse(state.drawing):
-            best, locked = state.fallback.drawing, state.fallback.locked
+            best, free = state.fallback.drawing, state.fallback.holds == FREE
         least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
-        drawing = needed_layers(quantize(best), self.rasterizer, self.target, least, locked)
+        best = quantize(best)
+        if self.finished and state.options.merge:
+            merged = merge_neighbors(best, self.rasterizer, self.target, state.options, free, least)
+            best, free = quantize(merged.drawing), (merged.sources < 0) | free[merged.sources]
+        drawing = needed_layers(best, self.rasterizer, self.target, least, free)
         if state.start_drawing is not None:
             start = quantize(state.start_drawing)
             if self.mse(start) < self.mse(drawing):
                 return start
         return drawing
 
-    def _revised(self) -> int:
-        """Number of paths that a revision places anew."""
-        free = self.state.drawing.num_layers - int(self.state.locked.sum())
-        return min(free, max(1, self.state.drawing.num_layers // REVISED_SHARE))
+    def _merge(self, tolerance: float) -> int:
+        """Merge neighbours of one colour, and return how many layers fewer there are."""
+        state = self.state
+        merged = merge_neighbors(state.drawing, self.rasterizer, self.target, state.options, state.free, tolerance)
+        fewer = state.drawing.num_layers - merged.drawing.num_layers
+        if fewer:
+            state.replace_layers(merged.drawing, merged.sources)
+        return fewer
 
-    def _take_out(self, count: int) -> None:
-        """Remember the drawing, then remove its least useful layers; after failures, the next ones in that order."""
+    def _take_out(self) -> int:
+        """Remove the least useful layers, after failures the next ones in that order, and return how many."""
         state = self.state
         order = least_useful(state.drawing, self.rasterizer, self.target)
-        order = order[~state.locked[order]]
+        order = order[state.free[order]]
+        count = min(len(order), max(1, state.drawing.num_layers // REVISED_SHARE))
         start = state.failures * count % max(1, len(order) - count + 1)
-        state.fallback = state.fall_back()
         state.keep_layers(np.setdiff1d(np.arange(state.drawing.num_layers), order[start : start + count]))
+        return count
 
     def step(self) -> float:
         """Do one iteration: loss, gradient, Adam. Returns the loss.

@@ -183,9 +183,9 @@ def _full_state() -> State:
         kept_weight=rng.uniform(size=(24, 27)).astype(np.float32),
         error=0.1 + 0.7,
         failures=2,
-        locked=np.array([True, False]),
+        holds=np.array([2, 0], np.int8),
         start_drawing=drawing([2, 1]),
-        fallback=Fallback(drawing([1, 2]), adam(7, 3, 2), adam(2, 4), np.array([False, True])),
+        fallback=Fallback(drawing([1, 2]), adam(7, 3, 2), adam(2, 4), np.array([1, 0], np.int8)),
     )
 
 
