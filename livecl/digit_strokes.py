@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 #: Height of a digit, px, as MNIST's.
 HEIGHT = 20.0
 #: Standard deviation of each key point, as a share of the height.
-JITTER = 0.022
+JITTER = 0.035
 #: Ranges of what varies: radius of the pen, px; share of the height; width to height; slant, as the tangent of an
 #: angle; turn, radians; shift, px.
 RADII, SCALES, ASPECTS = (1.0, 1.7), (0.88, 1.0), (0.8, 1.15)

@@ -39,7 +39,7 @@ def train_vae(
     images: ArrayLike,
     *,
     num_latents: int = 10,
-    hidden: tuple[int, ...] = (400, 200),
+    hidden: tuple[int, ...] = (256, 256),
     steps: int = 2500,
     batch: int = 128,
     learning_rate: float = 2e-3,
