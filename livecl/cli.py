@@ -167,7 +167,13 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add("--shape", choices=choices["shape"], help="what new paths start as")
     add("--revisions", type=_whole(0), metavar="N", help="rounds at the end that place the least useful paths anew")
-    add("--background", type=_background, metavar="COLOR", help="white, #rrggbb, or train to learn it")
+    add(
+        "--background",
+        type=_background,
+        metavar="COLOR",
+        help="a colour as white or #rrggbb; none: transparent; auto: the colour of the border; train to learn it; "
+        "picture: none for a picture with alpha, white for others (default)",
+    )
     add("--seed", type=_whole(0), default=0, metavar="N", help="seed of all random choices (default: 0)")
     add("--device", metavar="D", help="OpenCL device: its index or a part of its name (default: $LIVECL_DEVICE)")
     add("--threads", type=_whole(1), metavar="N", help="processor cores that PoCL may use (default: all)")
@@ -207,13 +213,12 @@ def _weight(text: str) -> float:
 
 
 def _background(text: str) -> str:
-    from livecl.svg import parse_color
+    from livecl.background import check_background
 
     try:
-        if text != "train":
-            parse_color(text)
+        check_background(text)
     except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
+        raise argparse.ArgumentTypeError(str(error).removeprefix("background: ")) from error
     return text
 
 

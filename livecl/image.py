@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures in files to arrays and back, arrays over a background."""
+"""Pictures in files, in memory and in arrays to straight colours and back; colours over a background."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import io
 import os
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,7 @@ from livecl.files import write_atomically
 from livecl.image_decoding import MAX_PIXELS, TOO_LARGE, decoded
 
 if TYPE_CHECKING:
+    from PIL.Image import Image
     from PIL.ImageFile import ImageFile
 
 #: How far beyond [0, 1] a float picture may overshoot (filters ring) before its scale is called wrong; it is clipped.
@@ -51,7 +52,61 @@ def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
         finite or not within [0, 1].
     """
     name, data = _content(source)
-    image = _opened(name, data)
+    return _straight(name, data, _opened(name, data))
+
+
+def as_image(source: ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Image) -> FloatArray:
+    """Return a picture as straight colours, whatever it is given as.
+
+    Parameters
+    ----------
+    source : array_like, path, bytes, binary file or PIL.Image.Image
+        Arrays are (H, W) grey, (H, W, 3) RGB or (H, W, 4) straight RGBA: floats in [0, 1], or bool, uint8 or uint16,
+        whose largest number is 1. Everything else goes through :func:`read_image`.
+
+    Returns
+    -------
+    (H, W, 3) or (H, W, 4) float32
+        Straight RGB in [0, 1]; RGBA where some alpha is below 1.
+
+    Raises
+    ------
+    ValueError
+        If an array is of another shape or type, or holds numbers that are not finite and within [0, 1].
+    ImageError
+        If a file or picture cannot be read.
+    """
+    if isinstance(source, (str, os.PathLike, bytes)) or hasattr(source, "read"):
+        return read_image(cast("BinaryIO", source))
+    if hasattr(source, "getbands"):  # a Pillow picture; Pillow itself need not be loaded to tell
+        return _straight("picture", b"", cast("Image", source).copy())
+    array = np.asarray(source)
+    if array.ndim == 2:
+        array = np.repeat(array[..., None], 3, axis=2)
+    if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
+        raise ValueError(f"image: shape {array.shape}, wanted (H, W, 3), or (H, W, 4) with straight alpha")
+    if array.dtype in (np.bool_, np.uint8, np.uint16):
+        array = array / np.float64(1 if array.dtype == np.bool_ else np.iinfo(array.dtype).max)
+    if not np.issubdtype(array.dtype, np.floating):
+        raise ValueError(f"image: numbers of type {array.dtype}, wanted floats in [0, 1], uint8, uint16 or bool")
+    if not np.all((array >= 0) & (array <= 1)):
+        raise ValueError("image: all numbers must be finite and within [0, 1]")
+    return _without_needless_alpha(array.astype(np.float32))
+
+
+def _without_needless_alpha(pixels: FloatArray) -> FloatArray:
+    return pixels[..., :3] if pixels.shape[2] == 4 and pixels[..., 3].min() >= 1 else pixels
+
+
+def premultiplied(image: ArrayLike) -> FloatArray:
+    """Return straight RGB or RGBA (H, W, 3 or 4) as premultiplied RGBA: (H, W, 4) float32; without alpha it is 1."""
+    pixels = _checked(image)
+    alpha = pixels[..., 3:] if pixels.shape[2] == 4 else np.ones((*pixels.shape[:2], 1), np.float32)
+    return np.concatenate([alpha * pixels[..., :3], alpha], axis=2)
+
+
+def _straight(name: str, data: bytes, image: Image | None) -> FloatArray:
+    """Decode a picture and turn it the right way up; see :func:`read_image`."""
     try:
         color, alpha, orientation = decoded(name, data, image)
     except ImageError as error:
@@ -66,9 +121,8 @@ def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
     low, high = float(pixels.min()), float(pixels.max())
     if low < -OVERSHOOT or high > 1 + OVERSHOOT:
         raise ImageError(f"{name}: pixels range from {low:g} to {high:g}; scale them to [0, 1]")
-    if pixels.shape[2] == 4 and pixels[..., 3].min() >= 1:
-        pixels = pixels[..., :3]
-    return np.ascontiguousarray(_turned(np.clip(pixels, 0, 1), orientation), dtype=np.float32)
+    pixels = _without_needless_alpha(np.clip(pixels, 0, 1))
+    return np.ascontiguousarray(_turned(pixels, orientation), dtype=np.float32)
 
 
 def over_background(image: ArrayLike, background: ArrayLike) -> FloatArray:

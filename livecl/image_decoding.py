@@ -6,7 +6,7 @@ from __future__ import annotations
 import io
 import logging
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ _ORIENTATION = 0x0112
 FloatArray = NDArray[np.float32]
 
 
-def decoded(name: str, data: bytes, image: ImageFile | None) -> tuple[FloatArray, FloatArray | None, int]:
+def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, FloatArray | None, int]:
     """Decode a picture.
 
     Parameters
@@ -40,8 +40,8 @@ def decoded(name: str, data: bytes, image: ImageFile | None) -> tuple[FloatArray
         What to call the picture in a warning.
     data : bytes
         The file's content.
-    image : PIL.ImageFile.ImageFile or None
-        The same, opened by Pillow; None for a TIFF of a kind that Pillow does not know.
+    image : PIL.Image.Image or None
+        The same, opened by Pillow, or a picture without a file; None for a TIFF of a kind that Pillow does not know.
 
     Returns
     -------
@@ -63,8 +63,8 @@ def decoded(name: str, data: bytes, image: ImageFile | None) -> tuple[FloatArray
         color, alpha, orientation = _deep_tiff(data)
         profile = None if image is None else image.info.get("icc_profile")
     else:
-        if image.format == "PNG" and image.tile and image.tile[0][3] in _DEEP_PNG:
-            color, alpha = _deep_png(data, image)
+        if _is_deep_png(image):
+            color, alpha = _deep_png(data, cast("ImageFile", image))
         elif image.mode in ("I", "F") or image.mode.startswith("I;16"):
             color, alpha = _deep_grey(image)
         else:
@@ -89,6 +89,12 @@ def _flat(image: Image) -> tuple[Image, FloatArray | None]:
         alpha = np.asarray(image.getchannel("A"), dtype=np.float32)[..., None] / np.float32(255)
     wanted = "L" if grey else "CMYK" if image.mode == "CMYK" else "RGB"
     return image.convert(wanted), alpha
+
+
+def _is_deep_png(image: Image) -> bool:
+    """Whether a picture is an opened PNG of more than 8 bits in several channels."""
+    tiles: Any = getattr(image, "tile", ())  # of files only
+    return image.format == "PNG" and bool(tiles) and tiles[0][3] in _DEEP_PNG
 
 
 def _deep_png(data: bytes, image: ImageFile) -> tuple[FloatArray, FloatArray | None]:

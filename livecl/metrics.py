@@ -120,12 +120,14 @@ def measure_layers(drawing: Drawing, target: ArrayLike, rasterizer: Rasterizer |
     Parameters
     ----------
     drawing : Drawing
-        Any drawing; without a background it is judged over white.
-    target : (H, W, 3) array_like
-        The picture that it stands for, in [0, 1].
+        Any drawing.
+    target : (H, W, 3) array_like, or (H, W, 4) premultiplied for a drawing without background
+        The picture that it stands for, in [0, 1]; a drawing without background is judged over white by an RGB picture.
     rasterizer : Rasterizer, optional
         One of the drawing's size; made where not given.
     """
+    if drawing.background is None and np.ndim(target) == 3 and np.shape(target)[2] == 3:
+        drawing = drawing.replace(background=np.ones(3))
     target = _checked_target(drawing, target)
     alphas = layer_alphas(drawing, rasterizer)
     shares = visible_shares(alphas)
@@ -151,6 +153,18 @@ def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> Shar
         alone = drawing.layer_subset([layer]).replace(colors=[(1, 1, 1, opacity)], background=np.zeros(3))
         alphas[layer] = rasterizer.forward(alone)[..., 0]
     return alphas
+
+
+def composited_colors(drawing: Drawing) -> tuple[FloatArray, FloatArray]:
+    """Return what lies beneath all layers, (C,), and the colours of the layers' paints, (N, C), as they are composited.
+
+    Over a background C is 3. Without one it is 4, premultiplied RGBA: nothing lies beneath, and a paint has alpha 1, as
+    its opacity goes into the layer's alpha.
+    """
+    rgb = drawing.colors[:, :3]
+    if drawing.background is not None:
+        return drawing.background, rgb
+    return np.zeros(4), np.concatenate([rgb, np.ones((drawing.num_layers, 1))], axis=1)
 
 
 def visible_shares(alphas: ShareArray) -> ShareArray:
@@ -211,11 +225,11 @@ def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike) -> 
     target = _checked_target(drawing, target)
     shares = visible_shares(alphas)
     windows = [_window(drawing, layer) for layer in range(drawing.num_layers)]
-    ground = np.ones(3) if drawing.background is None else drawing.background
+    ground, colors = composited_colors(drawing)
     below = np.broadcast_to(ground, target.shape).copy()
     changes_of_image = []
     for layer, window in enumerate(windows):
-        missing = below[window] - drawing.colors[layer, :3]
+        missing = below[window] - colors[layer]
         changes_of_image.append((shares[layer][window][..., None] * missing).astype(np.float32))
         below[window] -= alphas[layer][window][..., None] * missing
     error = below - target
@@ -285,6 +299,7 @@ def _pair(image: ArrayLike, target: ArrayLike) -> tuple[NDArray[Any], NDArray[An
 
 def _checked_target(drawing: Drawing, target: ArrayLike) -> FloatArray:
     array = np.asarray(target, dtype=np.float64)
-    if array.shape != (*drawing.size, 3):
-        raise ValueError(f"target: shape {array.shape}, wanted {(*drawing.size, 3)}")
+    wanted = (*drawing.size, 4 if drawing.background is None else 3)
+    if array.shape != wanted:
+        raise ValueError(f"target: shape {array.shape}, wanted {wanted}")
     return array

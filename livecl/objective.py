@@ -25,7 +25,7 @@ class Objective:
     ----------
     rasterizer : Rasterizer
         Renders and differentiates.
-    target : (H, W, 3) array
+    target : (H, W, 3) array, or (H, W, 4) premultiplied
         The picture wanted.
     """
 
@@ -62,11 +62,14 @@ class Objective:
         return weight if state.kept_weight is None else np.minimum(weight + state.kept_weight, 1)
 
     def _weight(self, state: State) -> tuple[DeviceImage, float]:
-        """Weight of each pixel's error and the common factor: eq. (1) and the 1/3 of eq. (2), or those of a mean."""
+        """Weight of each pixel's error, and the common factor.
+
+        Those of a mean, or eq. (1) and the 1/3 of eq. (2), one over the number of channels.
+        """
         if state.options.loss == "mse":
-            return self._ones, 1 / (3 * self._num_pixels)
+            return self._ones, 1 / (self._target.channels * self._num_pixels)
         if state.options.variant == "paper":
-            return self._distance_weight(state), 1 / 3
+            return self._distance_weight(state), 1 / self._target.channels
         return self._rasterizer.upload(self.released_weight(state, state.stage)), 1 / self._num_pixels
 
     def _distance_weight(self, state: State, closest_from: int | None = None) -> DeviceImage:

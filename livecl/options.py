@@ -8,6 +8,8 @@ import math
 from collections.abc import Callable
 from typing import Any, Literal, get_args, get_type_hints
 
+from livecl.background import check_background
+
 #: Fall of the mean squared error that a path must be worth where the number of paths is left to the program. A black
 #: dot of one pixel on white, at 240 x 240, is worth 1.7e-5.
 AUTO_PATH_GAIN = 1e-5
@@ -34,10 +36,14 @@ class Options:
         error (the paper's rule), or anywhere.
     shape : "outline", "circle" or "random"
         What new paths look like; an outline is fitted to the region or component.
+    holes : bool
+        Whether a path fitted to a region leaves out the region's holes, as further subpaths, where that is better.
     settle : float
         Share of the learning rates left at the end of a stage, in whose second half they fall; 1 to keep them.
     revisions : int
         Rounds, at the end, that take out the least useful paths and place them anew, kept if the error falls.
+    merge : bool
+        Whether neighbouring layers of one colour become one, in revisions and at the end.
     prune : float
         Layers without which the mean squared error rises by less than this are dropped at the end.
     target_mse : float
@@ -48,7 +54,9 @@ class Options:
     untangle : bool
         Whether outlines that cross themselves lose their loops in the course of a stage.
     background : str
-        "white", "#rrggbb", or "train" to start from white and train it.
+        A colour, as "white" or "#rrggbb"; "none": colour and alpha of the picture are the target; "auto": the colour of
+        the picture's border; "train" to start from white and train it; "picture": "none" where the picture has alpha,
+        and "white" else.
     radius : float
         Radius of the circle, px.
     tau : float
@@ -82,13 +90,15 @@ class Options:
     xing_weight: float = 0.0
     placement: Literal["region", "component", "random"] = "region"
     shape: Literal["outline", "circle", "random"] = "outline"
+    holes: bool = True
     settle: float = 0.1
     revisions: int = 8
-    prune: float = 1e-6
+    merge: bool = True
+    prune: float = 5e-6
     target_mse: float = 0.0
     path_gain: float = 0.0
     untangle: bool = True
-    background: str = "white"
+    background: str = "picture"
     radius: float = 5.0
     tau: float = 10.0
     color_threshold: float = 0.1
@@ -122,17 +132,7 @@ class Options:
                 "variant: 'released' weighs the newest paths, which lie on top: it goes with placement 'component' or "
                 "'random', without revisions"
             )
-        self.background_color()
-
-    def background_color(self) -> tuple[float, float, float]:
-        """Return the background that a run starts with, RGB in [0, 1]."""
-        from livecl.svg import parse_color
-
-        try:
-            red, green, blue = parse_color("white" if self.background == "train" else self.background)
-        except ValueError as error:
-            raise ValueError(f"background: {str(error).removeprefix('color: ')}") from None
-        return float(red), float(green), float(blue)
+        check_background(self.background)
 
     def choosing_paths(self) -> Options:
         """Return the options with a `path_gain`, so that the number of paths is found by what further ones gain."""
@@ -171,8 +171,10 @@ _PAPER: dict[str, Any] = {
     "xing_weight": 0.01,
     "placement": "component",
     "shape": "circle",
+    "holes": False,
     "settle": 1.0,
     "revisions": 0,
+    "merge": False,
     "prune": 0.0,
     "target_mse": 0.0,
     "path_gain": 0.0,

@@ -1,19 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closed cubic paths for new layers: a circle, a random outline, or one fitted to a region's border."""
+"""Outlines for new layers: a circle, a random outline, and the borders and holes of regions."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livecl.bezier import bernstein
-
 FloatArray = NDArray[np.float64]
-
-#: Points that a region's border is sampled at, for each segment of the path.
-SAMPLES = 24
-#: Starting points that are tried along the first segment.
-STARTS = 12
 
 
 def circle(center: ArrayLike, radius: float, segments: int) -> FloatArray:
@@ -33,45 +26,35 @@ def random_outline(center: ArrayLike, segments: int, size: tuple[int, int], rng:
     return (np.asarray(center) + np.cumsum(steps, axis=0)).reshape(segments, 3, 2)
 
 
+def reversed_path(path: FloatArray) -> FloatArray:
+    """Return a closed path (s, 3, 2) run through the other way round, from the same anchor on."""
+    return np.roll(path.reshape(-1, 2)[::-1], 1, axis=0).reshape(path.shape)
+
+
 def border(mask: NDArray[np.bool_]) -> FloatArray:
     """Return the outer border of a region (H, W) as a closed polyline (P, 2), px; holes are filled."""
-    from scipy.ndimage import binary_fill_holes
     from skimage.measure import find_contours
 
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     top, left = rows[0], columns[0]
-    filled = binary_fill_holes(np.pad(mask[top : rows[-1] + 1, left : columns[-1] + 1], 1))
+    filled = without_holes(np.pad(mask[top : rows[-1] + 1, left : columns[-1] + 1], 1))
     contour = max(find_contours(filled.astype(np.float64), 0.5), key=len)[:-1]
     return np.asarray(contour[:, ::-1] + (left - 0.5, top - 0.5))  # of pixel centres; one pixel of padding
 
 
-def fit_outline(polyline: FloatArray, segments: int) -> FloatArray:
-    """Return the closed path that follows a closed polyline best: (s, 3, 2) px.
+def without_holes(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return a region (H, W) with its holes filled: what is not connected, by sides of pixels, to the outside."""
+    from skimage.measure import label
 
-    Anchors lie on the polyline, evenly along its length; the two handles of each segment are the least-squares fit to
-    the polyline between, its length being the parameter (a linear problem, as a cubic is linear in its control points).
-    Of several places for the first anchor the best is taken.
+    outside = label(~np.pad(mask, 1), connectivity=1)[1:-1, 1:-1] == 1  # the corner of the padding is labelled first
+    return ~outside
 
-    Parameters
-    ----------
-    polyline : (P, 2) float
-        Closed outline, px.
-    segments : int
-        Segments of the path, s.
-    """
-    closed = np.concatenate([polyline, polyline[:1]])
-    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    samples = np.linspace(0, lengths[-1], SAMPLES * segments, endpoint=False)
-    points = np.stack([np.interp(samples, lengths, closed[:, axis]) for axis in (0, 1)], axis=1)
-    weights = bernstein(np.linspace(0, 1, SAMPLES + 1))
-    inner, ends = weights[:, 1:3], weights[:, [0, 3]]
-    solve = np.linalg.pinv(inner)
 
-    starts = np.arange(STARTS) * SAMPLES // STARTS
-    index = starts[:, None, None] + SAMPLES * np.arange(segments)[:, None] + np.arange(SAMPLES + 1)
-    runs = points[index % len(points)]  # (STARTS, s, SAMPLES + 1, 2)
-    rest = runs - ends @ runs[:, :, [0, -1]]
-    handles = solve @ rest
-    misses = np.square(inner @ handles - rest).sum(axis=(1, 2, 3))
-    best = int(np.argmin(misses))
-    return np.concatenate([runs[best, :, :1], handles[best]], axis=1)
+def holes(mask: NDArray[np.bool_], smallest: int) -> list[NDArray[np.bool_]]:
+    """Return the holes of a region (H, W) of at least `smallest` pixels, the largest first."""
+    from skimage.measure import label
+
+    labels = label(~np.pad(mask, 1), connectivity=1)[1:-1, 1:-1]
+    areas = np.bincount(labels.ravel(), minlength=2)
+    areas[:2] = 0  # the region itself, and what surrounds it
+    return [labels == k for k in np.argsort(-areas, kind="stable") if areas[k] >= smallest]

@@ -2,7 +2,7 @@
 """A picture in layers, into which a new layer can be tried at any depth.
 
 With C_k the picture of the background and the k lowest layers, and T_k the transmittance of all layers above them, a
-new layer of coverage v and colour c between the two changes the picture by
+new layer of alpha v and colour c between the two changes the picture by
 
     v T_k (c - C_k),
 
@@ -25,14 +25,16 @@ MOST_NUMBERS = 1 << 26
 MOST_DEPTHS = 8
 #: Overlap, px^2, that counts, and share by which a lower depth must be better than the top.
 LEAST_OVERLAP, LEAST_ADVANTAGE = 1.0, 0.01
+#: Pixels from which on a layer is large enough to be tried roughly.
+LARGE = 500
 
 
 @dataclasses.dataclass(frozen=True)
 class Trial:
-    """A new layer: depth (layers below it), coverage (H, W), colour, and the squared error that it removes."""
+    """A new layer: depth (layers below it), alpha (H, W), colour (C,), and the squared error that it removes."""
 
     depth: int
-    coverage: NDArray[Any]
+    alpha: NDArray[Any]
     color: FloatArray
     gain: float
 
@@ -42,16 +44,16 @@ class Painting:
 
     Parameters
     ----------
-    target : (H, W, 3) array
-        The picture wanted.
-    image : (H, W, 3) array
+    target : (H, W, C) array
+        The picture wanted: RGB, or premultiplied RGBA.
+    image : (H, W, C) array
         The picture so far.
-    background : (3,) array
+    background : (C,) array
         Colour beneath the layers.
     alphas : (N, H, W) array
         Opacity times coverage of each layer.
-    colors : (N, 3) array
-        Colours of the layers.
+    colors : (N, C) array
+        Colours of the layers' paints; alpha is 1.
     """
 
     def __init__(
@@ -68,7 +70,7 @@ class Painting:
         self._alphas = [np.asarray(alpha, dtype=np.float32) for alpha in alphas]
         self._colors = [np.asarray(color, dtype=np.float32) for color in colors]
         ground: NDArray[Any] = np.broadcast_to(np.asarray(background), self.target.shape)
-        if (len(alphas) + 1) * self.target.size * 4 // 3 > MOST_NUMBERS:
+        if (len(alphas) + 1) * (self.target.size + self.target[..., 0].size) > MOST_NUMBERS:
             self._fixed, self._ids, self._alphas, self._colors, ground = self._ids, [], [], [], image
         grounds = [np.array(ground, dtype=np.float32)]
         for alpha, color in zip(self._alphas, self._colors, strict=True):
@@ -80,7 +82,7 @@ class Painting:
 
     @property
     def image(self) -> FloatArray:
-        """The picture of all layers, (H, W, 3)."""
+        """The picture of all layers, (H, W, C)."""
         return self._grounds[-1]
 
     @property
@@ -93,49 +95,58 @@ class Painting:
         """Paint order: the layers given, by their numbers, and those inserted, numbered on in the order they came."""
         return np.array([*self._fixed, *self._ids], dtype=np.intp)
 
-    def try_layer(self, coverage: NDArray[Any], color: FloatArray) -> Trial:
-        """Return a new layer at the depth where it removes most error."""
+    def try_layer(self, alpha: NDArray[Any], color: FloatArray, roughly: bool = False) -> Trial:
+        """Return a new layer of an alpha (H, W) and a paint's colour (C,) at the depth where it removes most error.
+
+        Roughly, of a large layer only every second pixel in each direction is looked at.
+        """
         top = len(self._ids)
-        window = _window(coverage)
+        window = _window(alpha)
         if window is None:
-            return Trial(top, coverage, color, 0.0)
-        share = coverage[window]
+            return Trial(top, alpha, color, 0.0)
+        area = 1.0
+        if roughly and np.count_nonzero(alpha) > LARGE:
+            area, (rows, columns) = 4.0, window
+            window = slice(rows.start, rows.stop, 2), slice(columns.start, columns.stop, 2)
+        share = alpha[window]
         residual = self.target[window] - self.image[window]
-        overlaps = np.array([float(np.sum(share * alpha[window])) for alpha in self._alphas])
-        lower = [int(k) for k in np.argsort(-overlaps, kind="stable")[:MOST_DEPTHS] if overlaps[k] > LEAST_OVERLAP]
-        best = Trial(top, coverage, color, -np.inf)
+        overlaps = np.array([float(np.sum(share * other[window])) for other in self._alphas])
+        lower = [
+            int(k) for k in np.argsort(-overlaps, kind="stable")[:MOST_DEPTHS] if area * overlaps[k] > LEAST_OVERLAP
+        ]
+        best = Trial(top, alpha, color, -np.inf)
         for depth in [top, *lower]:
             visible = share * self._transmittances[depth][window]
             change = visible[..., None] * (color.astype(np.float32) - self._grounds[depth][window])
-            gain = float(np.sum(change * (2 * residual - change)))
+            gain = area * float(np.sum(change * (2 * residual - change)))
             if gain > best.gain + (LEAST_ADVANTAGE * abs(best.gain) if best.depth == top and depth != top else 0.0):
-                best = Trial(depth, coverage, color, gain)
+                best = Trial(depth, alpha, color, gain)
         return best
 
     def insert(self, trial: Trial) -> None:
         """Put a new layer where it was tried: only within its own window anything changes."""
-        depth, coverage, grounds = trial.depth, trial.coverage.astype(np.float32), self._grounds
+        depth, alpha, grounds = trial.depth, trial.alpha.astype(np.float32), self._grounds
         self._ids.insert(depth, len(self._fixed) + len(self._ids))
-        self._alphas.insert(depth, coverage)
+        self._alphas.insert(depth, alpha)
         self._colors.insert(depth, trial.color.astype(np.float32))
         grounds.insert(depth + 1, grounds[depth].copy())
         self._transmittances.insert(depth, self._transmittances[depth].copy())
-        window = _window(coverage)
+        window = _window(alpha)
         if window is None:
             return
         for k in range(depth, len(self._alphas)):
             grounds[k + 1][window] = _over(grounds[k][window], self._alphas[k][window], self._colors[k])
         for transmittance in self._transmittances[: depth + 1]:
-            transmittance[window] *= 1 - coverage[window]
+            transmittance[window] *= 1 - alpha[window]
 
 
 def _over(ground: NDArray[Any], alpha: NDArray[Any], color: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(ground + alpha[..., None] * (color - ground))
 
 
-def _window(coverage: NDArray[Any]) -> tuple[slice, slice] | None:
+def _window(alpha: NDArray[Any]) -> tuple[slice, slice] | None:
     """Rows and columns that hold all that is covered."""
-    rows, columns = np.flatnonzero(coverage.any(axis=1)), np.flatnonzero(coverage.any(axis=0))
+    rows, columns = np.flatnonzero(alpha.any(axis=1)), np.flatnonzero(alpha.any(axis=0))
     if not len(rows):
         return None
     return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)

@@ -39,7 +39,7 @@ class _Segmentation:
 
 @dataclasses.dataclass(frozen=True)
 class Region:
-    """A candidate: its pixels (H, W), its mean colour RGB, and the squared error that painting it would remove."""
+    """A candidate: its pixels (H, W), its mean colour (C,), and the squared error that painting it would remove."""
 
     mask: BoolArray
     color: FloatArray
@@ -51,8 +51,8 @@ class RegionFinder:
 
     Parameters
     ----------
-    target, image : (H, W, 3) float64
-        What is wanted, and what is rendered so far.
+    target, image : (H, W, C) float64
+        What is wanted, and what is rendered so far: RGB, or premultiplied RGBA.
     """
 
     def __init__(self, target: FloatArray, image: FloatArray) -> None:
@@ -89,17 +89,18 @@ class RegionFinder:
     def _measure(self, labels: NDArray[Any]) -> _Segmentation:
         flat, count = labels.ravel(), int(labels.max()) + 1
         area = np.bincount(flat, minlength=count).astype(np.float64)
-        sums = np.stack([np.bincount(flat, self._target[..., c].ravel(), count) for c in range(3)], axis=1)
+        sums = np.stack(
+            [np.bincount(flat, channel.ravel(), count) for channel in np.moveaxis(self._target, -1, 0)], axis=1
+        )
         squares = np.bincount(flat, np.square(self._target).sum(axis=-1).ravel(), count)
         mean = sums / np.maximum(area, 1)[:, None]
         return _Segmentation(labels, area, mean, squares - (sums * mean).sum(axis=1))
 
 
 def _connected(levels: FloatArray) -> NDArray[Any]:
-    """Label the 4-connected regions of equal levels (H, W, 3), from 1 on."""
+    """Label the 4-connected regions of equal levels (H, W, C), from 1 on."""
     from skimage.measure import label
 
     whole = (levels - levels.min()).astype(np.int64)
-    base = whole.max() + 1
-    codes = (whole[..., 0] * base + whole[..., 1]) * base + whole[..., 2]
+    codes = whole @ (whole.max() + 1) ** np.arange(whole.shape[2])[::-1]
     return np.asarray(label(codes + 1, background=0, connectivity=1))

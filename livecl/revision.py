@@ -13,18 +13,23 @@ from livecl.metrics import layer_alphas, mse, removal_changes
 from livecl.rasterizer import Rasterizer
 
 
-def needed_layers(drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any], least: float) -> Drawing:
+def needed_layers(
+    drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any], least: float, free: NDArray[np.bool_]
+) -> Drawing:
     """Return the drawing without layers of opacity 0, and without those that lower the error by less than `least`.
+
+    Only layers that are `free`, (N,) bool, are left out.
 
     They are taken away one by one, the least useful first, as two that hide each other are not both needless; and again
     as long as there are any, as what mended a layer may be needless without it.
     """
-    drawing = drawing.layer_subset(drawing.colors[:, 3] > 0)
+    shown = ~free | (drawing.colors[:, 3] > 0)
+    drawing, free = drawing.layer_subset(shown), free[shown]
     if least <= 0 or not drawing.num_layers:
         return drawing
     error = mse(rasterizer.forward(drawing), target)
     while True:
-        changes = removal_changes(drawing, layer_alphas(drawing, rasterizer), target)
+        changes = np.where(free, removal_changes(drawing, layer_alphas(drawing, rasterizer), target), np.inf)
         kept = np.ones(len(changes), bool)
         for layer in np.argsort(changes, kind="stable")[: int(np.sum(changes < least))]:
             kept[layer] = False
@@ -35,7 +40,7 @@ def needed_layers(drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any]
                 kept[layer] = True
         if kept.all():
             return drawing
-        drawing = drawing.layer_subset(kept)
+        drawing, free = drawing.layer_subset(kept), free[kept]
 
 
 def least_useful(drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any]) -> NDArray[np.intp]:

@@ -19,16 +19,20 @@ from livecl.files import write_atomically
 from livecl.optimizers import Adam
 from livecl.options import Options
 
-_FORMAT = 1
+_FORMAT = 2
+
+#: What a run may do with a layer: all it likes; move and colour it; nothing.
+FREE, KEPT, LOCKED = 0, 1, 2
 
 
 @dataclasses.dataclass(frozen=True)
 class Fallback:
-    """A drawing with the moments that belong to it."""
+    """A drawing with the moments and the holds that belong to it."""
 
     drawing: Drawing
     points: Adam
     colors: Adam
+    holds: NDArray[np.int8]
 
 
 @dataclasses.dataclass
@@ -51,6 +55,10 @@ class State:
         Lines that each segment is flattened into.
     rng : numpy.random.Generator
         Source of whatever is random.
+    holds : (N,) int8
+        FREE, KEPT (is not dropped, merged or replaced) or LOCKED (stays as it is), for each layer.
+    start_drawing : Drawing or None
+        What a run started from that began with layers.
     kept_weight : (H, W) float or None
         Distance weight that earlier stages left (the released program's loss).
     error : float
@@ -58,7 +66,7 @@ class State:
     failures : int
         Revisions in a row that did not lower the error.
     fallback : Fallback or None
-        What to return to if the revision under way does not lower it either.
+        What to return to if the refinement or revision under way does not lower it.
     """
 
     drawing: Drawing
@@ -71,14 +79,23 @@ class State:
     background: Adam
     pieces: NDArray[np.int32]
     rng: np.random.Generator
+    holds: NDArray[np.int8]
+    start_drawing: Drawing | None = None
     kept_weight: NDArray[Any] | None = None
     error: float = float("inf")
     failures: int = 0
     fallback: Fallback | None = None
 
     @classmethod
-    def start(cls, drawing: Drawing, options: Options, schedule: tuple[int, ...], seed: int) -> State:
-        """Return the state before the first stage, from a drawing that may have layers already."""
+    def start(
+        cls,
+        drawing: Drawing,
+        options: Options,
+        schedule: tuple[int, ...],
+        seed: int,
+        locked: NDArray[np.bool_] | None = None,
+    ) -> State:
+        """Return the state before the first stage, from a drawing whose layers are kept, some of them, (N,), locked."""
         return cls(
             drawing=drawing,
             options=options,
@@ -90,7 +107,26 @@ class State:
             background=Adam.start((1, 3)),
             pieces=np.ones(drawing.num_segments, np.int32),
             rng=np.random.default_rng(seed),
+            holds=np.where(np.zeros(drawing.num_layers, bool) if locked is None else locked, LOCKED, KEPT).astype(
+                np.int8
+            ),
+            start_drawing=drawing if drawing.num_layers else None,
         )
+
+    @property
+    def locked(self) -> NDArray[np.bool_]:
+        """Layers that stay as they are: (N,)."""
+        return self.holds == LOCKED
+
+    @property
+    def locked_segments(self) -> NDArray[np.bool_]:
+        """Segments of layers that stay as they are: (M,)."""
+        return self.locked[self.drawing.segment_layers]
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Layers that may be dropped, merged or replaced: (N,)."""
+        return self.holds == FREE
 
     def add(self, new: Drawing, order: NDArray[np.intp]) -> None:
         """Add layers; `order` (N + K,) is the paint order of all, the new ones being numbered from N on."""
@@ -100,31 +136,53 @@ class State:
         self.colors.extend(new.num_layers)
         self.drawing = drawing.layer_subset(order)
         self.points, self.colors = self.points.subset(segments), self.colors.subset(order)
+        self.holds = np.concatenate([self.holds, np.full(new.num_layers, FREE, np.int8)])[order]
 
     def keep_layers(self, layers: NDArray[Any]) -> None:
         """Take out all layers but these (K,)."""
         segments = np.isin(self.drawing.segment_layers, layers)
         self.drawing = self.drawing.layer_subset(layers)
         self.points, self.colors = self.points.subset(segments), self.colors.subset(layers)
+        self.holds = self.holds[layers]
         self.pieces = self.pieces[segments]
+
+    def replace_layers(self, drawing: Drawing, sources: NDArray[np.intp]) -> None:
+        """Go on with another drawing: `sources` (N,) has the number that each layer had before, -1 for a new one."""
+        old = np.arange(self.drawing.num_segments)
+        ranges = [old[self.drawing.segment_layers == layer] for layer in range(self.drawing.num_layers)]
+        counts = np.diff(drawing.segment_offsets)
+        segments = np.concatenate(
+            [old[:0], *(ranges[k] if k >= 0 else np.full(n, -1) for k, n in zip(sources, counts, strict=True))]
+        )
+        self.points, self.colors = self.points.subset(segments), self.colors.subset(sources)
+        self.points.forget(segments < 0)
+        self.colors.forget(sources < 0)
+        self.holds = np.where(sources < 0, FREE, self.holds[sources]).astype(np.int8)
+        self.drawing = drawing
+        self.pieces = np.ones(drawing.num_segments, np.int32)  # until they are chosen
 
     def fall_back(self) -> Fallback:
         """Return what :meth:`restore` needs to come back to this point."""
-        return Fallback(self.drawing, self.points.subset(slice(None)), self.colors.subset(slice(None)))
+        return Fallback(self.drawing, self.points.subset(slice(None)), self.colors.subset(slice(None)), self.holds)
 
     def restore(self, fallback: Fallback) -> None:
         """Return to an earlier drawing."""
         self.drawing, self.points, self.colors = fallback.drawing, fallback.points, fallback.colors
+        self.holds = fallback.holds
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the state to a file, replacing an existing one atomically."""
         drawing = self.drawing
-        arrays: dict[str, Any] = {"pieces": self.pieces, **_drawing_arrays("", drawing)}
+        arrays: dict[str, Any] = {"pieces": self.pieces, "holds": self.holds, **_drawing_arrays("", drawing)}
         if self.kept_weight is not None:
             arrays["kept_weight"] = self.kept_weight
+        if self.start_drawing is not None:
+            arrays.update(_drawing_arrays("start.", self.start_drawing))
         moments = {"points": self.points, "colors": self.colors, "background": self.background}
         if self.fallback is not None:
-            arrays.update(_drawing_arrays("fallback.", self.fallback.drawing))
+            arrays.update(
+                _drawing_arrays("fallback.", self.fallback.drawing), **{"fallback.holds": self.fallback.holds}
+            )
             moments |= {"fallback.points": self.fallback.points, "fallback.colors": self.fallback.colors}
         for name, adam in moments.items():
             arrays.update({f"adam.{name}.{field}": value for field, value in vars(adam).items()})
@@ -162,8 +220,12 @@ class State:
             rng.bit_generator.state = facts["rng"]
             fallback = None
             if "fallback.points" in arrays:
-                drawing = _drawing("fallback.", arrays, facts["size"])
-                fallback = Fallback(drawing, _adam("fallback.points", arrays), _adam("fallback.colors", arrays))
+                fallback = Fallback(
+                    _drawing("fallback.", arrays, facts["size"]),
+                    _adam("fallback.points", arrays),
+                    _adam("fallback.colors", arrays),
+                    arrays["fallback.holds"],
+                )
             return cls(
                 drawing=_drawing("", arrays, facts["size"]),
                 options=Options(**facts["options"]),
@@ -175,6 +237,8 @@ class State:
                 background=_adam("background", arrays),
                 pieces=arrays["pieces"],
                 rng=rng,
+                holds=arrays["holds"],
+                start_drawing=_drawing("start.", arrays, facts["size"]) if "start.points" in arrays else None,
                 kept_weight=arrays.get("kept_weight"),
                 error=facts["error"],
                 failures=facts["failures"],

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from livecl.drawing import Drawing
 from livecl.files import write_atomically
 from livecl.svg_reader import INKSCAPE_NAMESPACE, SVG_NAMESPACE, read_svg
-from livecl.svg_style import parse_rgba
+from livecl.svg_style import parse_color
 
 __all__ = ["format_svg", "parse_color", "quantize", "read_svg", "save_svg"]
 
@@ -86,25 +86,6 @@ def format_svg(drawing: Drawing, precision: int = 3) -> str:
 def save_svg(drawing: Drawing, path: str | os.PathLike[str], precision: int = 3) -> None:
     """Write a drawing as an SVG file, replacing an existing one atomically; arguments as in :func:`format_svg`."""
     write_atomically(path, format_svg(drawing, precision))
-
-
-def parse_color(text: str) -> FloatArray:
-    """Return the RGB in [0, 1], (3,), of an opaque CSS colour: ``white``, ``#rgb``, ``#rrggbb``, ``rgb(r, g, b)``.
-
-    Raises
-    ------
-    ValueError
-        If `text` is no colour, or a translucent one.
-    """
-    if not isinstance(text, str):
-        raise ValueError(f"color: got {text!r}, wanted text such as 'white' or '#rrggbb'")
-    try:
-        *rgb, alpha = parse_rgba(text)
-    except ValueError as error:
-        raise ValueError(f"color: {error}") from None
-    if alpha < 1:
-        raise ValueError(f"color: got {text!r}, wanted an opaque colour")
-    return np.array(rgb)
 
 
 def _format_layer(drawing: Drawing, layer: int, precision: int) -> str:

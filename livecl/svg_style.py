@@ -54,6 +54,25 @@ def parse_rgba(text: str) -> Rgba:
     raise ValueError(f"got {text!r}, wanted a colour: a CSS name such as 'white', '#rgb', '#rrggbb' or 'rgb(r, g, b)'")
 
 
+def parse_color(text: str) -> tuple[float, float, float]:
+    """Return the RGB in [0, 1] of an opaque CSS colour: ``white``, ``#rgb``, ``#rrggbb``, ``rgb(r, g, b)``.
+
+    Raises
+    ------
+    ValueError
+        If `text` is no colour, or a translucent one.
+    """
+    if not isinstance(text, str):
+        raise ValueError(f"color: got {text!r}, wanted text such as 'white' or '#rrggbb'")
+    try:
+        red, green, blue, alpha = parse_rgba(text)
+    except ValueError as error:
+        raise ValueError(f"color: {error}") from None
+    if alpha < 1:
+        raise ValueError(f"color: got {text!r}, wanted an opaque colour")
+    return red, green, blue
+
+
 def share(text: str, whole: float = 1.0) -> float:
     """Return a number of `whole`, or a percentage, as a share clipped to [0, 1]; ValueError where it is neither."""
     text = text.strip()

@@ -4,41 +4,37 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
+import os
 import time
 from collections.abc import Callable, Sequence
-from typing import Literal
+from typing import Any, BinaryIO, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl import training
+from livecl.background import TRAIN, WHITE, background_for, target_over
 from livecl.drawing import Drawing, concatenate, empty_drawing
 from livecl.errors import LiveclError
-from livecl.image import over_background
+from livecl.image import as_image
+from livecl.merging import merge_neighbors
 from livecl.objective import Objective
-from livecl.optimizers import decayed, settling
 from livecl.options import Options
 from livecl.placement import place_paths
-from livecl.rasterizer import Gradients, Rasterizer
+from livecl.rasterizer import Rasterizer
 from livecl.result import Result, Stage
 from livecl.revision import least_useful, needed_layers
 from livecl.schedule import parse_schedule
-from livecl.state import State
+from livecl.state import FREE, State
 from livecl.svg import quantize
-from livecl.untangle import untangle
 
-#: Steps after which the numbers of lines that flatten the segments are looked at again.
-PIECES_PERIOD = 10
-#: Steps between two looks for outlines that cross themselves.
-UNTANGLE_PERIOD = 25
-#: Opacity from which on a fill is meant to be opaque.
-OPAQUE_FROM = 0.9
+Picture = ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Any
 #: A revision takes out one path in so many, and is kept if it lowers the error by at least such a share.
 REVISED_SHARE, LEAST_IMPROVEMENT = 16, 0.002
+#: Rise of the mean squared error that a merge may cost in a revision: the path that it sets free may be worth more.
+MERGING_LOSS = 1e-4
 #: Revisions in a row that may fail.
 MAX_FAILURES = 3
-#: Steps over which the learning rate decays by the factor that the options name.
-DECAY_PERIOD = 500
 
 
 @dataclasses.dataclass(frozen=True)
@@ -71,6 +67,11 @@ class Step:
         return self._vectorizer.state.drawing
 
     @property
+    def image(self) -> NDArray[np.float32]:
+        """Picture of the drawing after the step, as :meth:`livecl.Rasterizer.forward` returns it; renders it."""
+        return self._vectorizer.rasterizer.forward(self.drawing)
+
+    @property
     def mse(self) -> float:
         """Mean squared error of the drawing after the step; renders it."""
         return self._vectorizer.mse(self.drawing)
@@ -81,24 +82,24 @@ class Vectorizer:
 
     Parameters
     ----------
-    image : (H, W, 3) or (H, W, 4) array_like
-        Target in [0, 1]; straight alpha is laid over the background.
+    image : picture
+        Target, as :func:`livecl.image.as_image` takes it; straight alpha is laid over the drawing's background, and is
+        a part of the target where the drawing has none.
     state : State
         Where to go on; :meth:`State.start` for a new run.
     device : int, str or None
         OpenCL device.
     """
 
-    def __init__(self, image: ArrayLike, state: State, device: int | str | None = None) -> None:
-        image = checked_image(image)
+    def __init__(self, image: Picture, state: State, device: int | str | None = None) -> None:
+        image = as_image(image)
         if state.drawing.size != image.shape[:2]:
             raise ValueError(f"image: {image.shape[:2]} pixels, wanted the drawing's {state.drawing.size}")
         self.state = state
-        if image.shape[2] == 4:
-            image = over_background(image, state.options.background_color())
-        self.target: NDArray[np.float32] = image
+        trained = state.options.background == TRAIN
+        self.target: NDArray[np.float32] = target_over(image, WHITE if trained else state.drawing.background)
         self.rasterizer = Rasterizer(state.drawing.size, device)
-        self.objective = Objective(self.rasterizer, image)
+        self.objective = Objective(self.rasterizer, self.target)
 
     def mse(self, drawing: Drawing) -> float:
         """Return the mean over pixels and channels of the squared difference from the target."""
@@ -116,33 +117,49 @@ class Vectorizer:
         """Whether all stages and revisions are done."""
         state, options = self.state, self.state.options
         rounds = state.stage - len(state.schedule)
-        return rounds >= options.revisions or (rounds >= 0 and state.failures >= MAX_FAILURES)
+        if rounds < 0:
+            return False
+        return rounds >= options.revisions or state.failures >= MAX_FAILURES or not state.free.any()
 
     def begin(self) -> None:
-        """Place the paths of the stage, or of the revision, that is about to start."""
+        """Place the paths of the stage, or of the revision, that is about to start; a refinement adds none."""
         state = self.state
-        if state.stage >= len(state.schedule):
-            count = self._revised()
-            self._take_out(count)
+        if state.stage < len(state.schedule) and state.schedule[state.stage] == 0:
+            state.fallback, count = state.fall_back(), 0
+        elif state.stage >= len(state.schedule):
+            state.fallback = state.fall_back()
+            if state.options.merge and state.failures % 2 == 0:
+                self._merge(MERGING_LOSS)
+            self._take_out()
+            count = self._num_missing()
         else:
             if state.stage and state.options.variant == "released":
                 state.kept_weight = self.objective.released_weight(state, state.stage - 1)
             count = state.schedule[state.stage]
-        placement = place_paths(self.target, state.drawing, count, state.options, state.rng, self.rasterizer)
-        stage = state.stage if state.stage < len(state.schedule) else state.drawing.stages.max(initial=0)
-        state.add(placement.drawing.replace(stages=np.full(count, stage)), placement.order)
+        if count:
+            placement = place_paths(self.target, state.drawing, count, state.options, state.rng, self.rasterizer)
+            state.add(placement.drawing.replace(stages=np.full(count, self._stage_of_new())), placement.order)
         state.pieces = self.rasterizer.pieces(state.drawing)
 
+    def _stage_of_new(self) -> int:
+        """Stage that new layers are labelled with: the run's, counted on from the drawing that it started from."""
+        state = self.state
+        if state.stage >= len(state.schedule):
+            return int(state.drawing.stages.max(initial=0))
+        return state.stage + (0 if state.start_drawing is None else int(state.start_drawing.stages.max(initial=0)))
+
     def end(self) -> None:
-        """Close the stage; of a revision, keep the better drawing."""
+        """Close the stage; of a refinement or a revision, keep the better drawing."""
         state, options = self.state, self.state.options
         if state.fallback is not None:
-            if self.mse(state.drawing) < (1 - LEAST_IMPROVEMENT) * self.mse(state.fallback.drawing):
+            revision = state.stage >= len(state.schedule)
+            wanted = self.mse(state.fallback.drawing) * (1 - LEAST_IMPROVEMENT if revision else 1)
+            if self.mse(state.drawing) < wanted:
                 state.failures = 0
             else:
                 state.restore(state.fallback)
                 state.pieces = self.rasterizer.pieces(state.drawing)
-                state.failures += 1
+                state.failures += revision
             state.fallback = None
         state.stage, state.iteration = state.stage + 1, 0
         if options.target_mse > 0 or options.path_gain > 0:
@@ -158,24 +175,48 @@ class Vectorizer:
         elif growing and before - state.error < options.path_gain * state.schedule[state.stage - 1]:
             state.stage = len(state.schedule)
 
-    def best_drawing(self) -> Drawing:
-        """Return the drawing, or in the middle of a revision that has not paid yet, the one before it."""
+    def outcome(self) -> Drawing:
+        """Return the drawing as it would be saved now: rounded, without layers that come to nothing.
+
+        In the middle of a revision that has not paid yet it is the drawing before; of a run that started from a drawing
+        it is that one where nothing better was found.
+        """
         state = self.state
+        best, free = state.drawing, state.free
         if state.fallback is not None and self.mse(state.fallback.drawing) < self.mse(state.drawing):
-            return state.fallback.drawing
-        return state.drawing
+            best, free = state.fallback.drawing, state.fallback.holds == FREE
+        least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
+        best = quantize(best)
+        if self.finished and state.options.merge:
+            merged = merge_neighbors(best, self.rasterizer, self.target, state.options, free, least)
+            best, free = quantize(merged.drawing), (merged.sources < 0) | free[merged.sources]
+        drawing = needed_layers(best, self.rasterizer, self.target, least, free)
+        if state.start_drawing is not None:
+            start = quantize(state.start_drawing)
+            if self.mse(start) < self.mse(drawing):
+                return start
+        return drawing
 
-    def _revised(self) -> int:
-        """Number of paths that a revision places anew."""
-        return max(1, self.state.drawing.num_layers // REVISED_SHARE)
+    def _num_missing(self) -> int:
+        """Return how many layers fewer there are than were asked for."""
+        state = self.state
+        return sum(state.schedule) - int(np.sum(state.holds == FREE))
 
-    def _take_out(self, count: int) -> None:
-        """Remember the drawing, then remove its least useful layers; after failures, the next ones in that order."""
+    def _merge(self, tolerance: float) -> None:
+        """Merge neighbours of one colour."""
+        state = self.state
+        merged = merge_neighbors(state.drawing, self.rasterizer, self.target, state.options, state.free, tolerance)
+        if merged.drawing.num_layers < state.drawing.num_layers:
+            state.replace_layers(merged.drawing, merged.sources)
+
+    def _take_out(self) -> None:
+        """Remove the least useful layers, after failures the next ones in that order."""
         state = self.state
         order = least_useful(state.drawing, self.rasterizer, self.target)
+        order = order[state.free[order]]
+        count = min(len(order), max(1, state.drawing.num_layers // REVISED_SHARE))
         start = state.failures * count % max(1, len(order) - count + 1)
-        state.fallback = state.fall_back()
-        state.keep_layers(np.setdiff1d(np.arange(len(order)), order[start : start + count]))
+        state.keep_layers(np.setdiff1d(np.arange(state.drawing.num_layers), order[start : start + count]))
 
     def step(self) -> float:
         """Do one iteration: loss, gradient, Adam. Returns the loss.
@@ -186,103 +227,40 @@ class Vectorizer:
             If loss or gradient are not finite; the state is as it was before.
         """
         state, options = self.state, self.state.options
-        if state.iteration % PIECES_PERIOD == 0:
-            self._choose_pieces()
+        if state.iteration % training.PIECES_PERIOD == 0:
+            training.choose_pieces(state, self.rasterizer)
         loss, gradients = self.objective.evaluate(state)
         if not (np.isfinite(loss) and np.isfinite(gradients.points).all() and np.isfinite(gradients.colors).all()):
             raise LiveclError(f"loss or gradient is not finite in stage {state.stage + 1}, step {state.iteration + 1}")
-        self._move(state.drawing, gradients)
+        training.hold_locked(state, gradients)
+        training.move(state, gradients)
         state.iteration += 1
-        if options.untangle and self._untangles_now():
-            self._untangle()
+        if options.untangle and training.untangles_now(state):
+            training.untangle_outlines(state)
         return loss
-
-    def _untangles_now(self) -> bool:
-        """Now and then in the second half of a stage, when paths have found their places, and after its last step."""
-        iteration, iterations = self.state.iteration, self.state.options.iterations
-        return iteration == iterations or (2 * iteration > iterations and iteration % UNTANGLE_PERIOD == 0)
-
-    def _untangle(self) -> None:
-        """Take the loops out of all outlines; for Adam, what moves is new."""
-        state, drawing = self.state, self.state.drawing
-        points, cubics = drawing.points.copy(), drawing.cubics
-        for first, end in itertools.pairwise(drawing.subpath_offsets):
-            points[first:end] = untangle(cubics[first:end])[:, :3]
-        moved = (points != drawing.points).any(axis=(1, 2))
-        if moved.any():
-            state.points.forget(moved)
-            state.drawing = drawing.moved(points, drawing.colors, drawing.background)
-
-    def _choose_pieces(self) -> None:
-        """Flatten finer where a segment has grown, and coarser where it has shrunk to a quarter."""
-        needed = self.rasterizer.pieces(self.state.drawing)
-        held = self.state.pieces
-        if np.any(needed > held) or np.any(2 * needed < held):
-            self.state.pieces = needed
-
-    def _move(self, drawing: Drawing, gradients: Gradients) -> None:
-        """One step of Adam; colours stay within [0, 1]."""
-        state, options = self.state, self.state.options
-
-        settled = settling(state.iteration / options.iterations, options.settle)
-
-        def rate(base: float, ages: NDArray[np.int64]) -> ArrayLike:
-            return base * settled * (1 if options.decay == 1 else decayed(ages, options.decay, DECAY_PERIOD))
-
-        points = drawing.points + state.points.step(gradients.points, rate(options.learning_rate, state.points.ages))
-        color_rate = rate(options.color_learning_rate, state.colors.ages)
-        colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
-        if options.opacity == "opaque":
-            colors[:, 3] = drawing.colors[:, 3]
-        elif options.opacity == "snap" and 2 * state.iteration >= options.iterations:
-            colors[colors[:, 3] > OPAQUE_FROM, 3] = 1
-        background = drawing.background
-        if options.background == "train" and background is not None and gradients.background is not None:
-            change = state.background.step(gradients.background[None], options.color_learning_rate)
-            background = np.clip(background + change[0], 0, 1)
-        state.drawing = drawing.moved(points, colors, background)
-
-
-def checked_image(image: ArrayLike) -> NDArray[np.float32]:
-    """Return an image as (H, W, 3) or (H, W, 4) float32 in [0, 1]; grey (H, W) gets three equal channels.
-
-    Raises
-    ------
-    ValueError
-        If it is of another shape, or holds numbers that are not finite and within [0, 1].
-    """
-    array = np.asarray(image)
-    if array.ndim == 2:
-        array = np.repeat(array[..., None], 3, axis=2)
-    if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
-        raise ValueError(f"image: shape {array.shape}, wanted (H, W, 3), or (H, W, 4) with straight alpha")
-    if not np.issubdtype(array.dtype, np.floating):
-        raise ValueError(
-            f"image: numbers of type {array.dtype}, wanted floats in [0, 1] (livecl.read_image makes them)"
-        )
-    if not np.all((array >= 0) & (array <= 1)):
-        raise ValueError("image: all numbers must be finite and within [0, 1]")
-    return array.astype(np.float32)
 
 
 def vectorize(
-    image: ArrayLike,
+    image: Picture,
     paths: int | Literal["auto"] | None = None,
     schedule: str | Sequence[int] | None = None,
     options: Options | None = None,
     device: int | str | None = None,
     seed: int = 0,
     on_step: Callable[[Step], bool | None] | None = None,
+    start: Drawing | None = None,
+    lock: Sequence[int] = (),
 ) -> Result:
     """Turn a picture into a drawing of few closed paths, layer by layer.
 
     Parameters
     ----------
-    image : (H, W, 3) or (H, W, 4) array_like
-        Target in [0, 1]; straight alpha is laid over the background.
+    image : array_like, path, bytes, binary file or PIL.Image.Image
+        Target, see :func:`livecl.image.as_image`. Where it has alpha, the drawing has no background and is to have the
+        picture's colour and alpha, unless `Options.background` says otherwise.
     paths : int or "auto", optional
-        Number of paths, at most; 8 where neither this nor a list of stages is given. "auto" goes on as long as further
-        paths gain enough (`Options.path_gain`).
+        Number of paths, at most; 8 where neither this nor a list of stages is given, none beside those of `start`.
+        "auto" goes on as long as further paths gain enough (`Options.path_gain`).
     schedule : "exp" or sequence of int, optional
         Paths that each stage adds, see :func:`livecl.schedule.parse_schedule`.
     options : Options, optional
@@ -293,6 +271,11 @@ def vectorize(
         Seed of whatever is random.
     on_step : callable, optional
         Called with a :class:`Step` after each iteration; where it returns true the run stops there.
+    start : Drawing, optional
+        Drawing to start from, of the picture's size: a first stage refines it, then the paths asked for are added. The
+        result is never worse than it.
+    lock : sequence of int
+        Layers of `start` that stay as they are.
 
     Returns
     -------
@@ -308,15 +291,13 @@ def vectorize(
         If the loss stops being finite.
     """
     options = Options() if options is None else options
-    stages = parse_schedule(schedule, paths)
     if paths == "auto":
         options = options.choosing_paths()
-    target = checked_image(image)
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ValueError(f"seed: got {seed!r}, wanted a whole number of at least 0")
-    start = time.perf_counter()
-    drawing = empty_drawing((target.shape[0], target.shape[1]), options.background_color())
-    vectorizer = Vectorizer(target, State.start(drawing, options, stages, seed), device)
+    begin = time.perf_counter()
+    state = _first_state(as_image(image), paths, schedule, options, seed, start, lock)
+    vectorizer = Vectorizer(image, state, device)
     vectorizer.warm_up()
     compiled = time.perf_counter()
     outcomes = run(vectorizer, on_step)
@@ -325,10 +306,41 @@ def vectorize(
         mse=outcomes[-1].mse,
         stages=tuple(outcomes),
         seconds=sum(outcome.seconds for outcome in outcomes),
-        compile_seconds=compiled - start,
+        compile_seconds=compiled - begin,
         device=str(vectorizer.rasterizer.device.info),
         options=options,
     )
+
+
+def _first_state(
+    image: NDArray[np.float32],
+    paths: int | Literal["auto"] | None,
+    schedule: str | Sequence[int] | None,
+    options: Options,
+    seed: int,
+    start: Drawing | None,
+    lock: Sequence[int],
+) -> State:
+    """Return the state before the first stage."""
+    size = image.shape[0], image.shape[1]
+    if start is None:
+        if len(lock):
+            raise ValueError("lock: layers of what? give the drawing that they belong to as start")
+        drawing = empty_drawing(size, background_for(options.background, image))
+        return State.start(drawing, options, parse_schedule(schedule, paths), seed)
+    if start.size != size:
+        raise ValueError(f"start: a canvas of {start.size} px, wanted the picture's {size}")
+    if options.variant == "released":
+        raise ValueError("start: variant 'released' trains the newest paths only, so it starts from nothing")
+    refines = start.num_layers > 0
+    stages = parse_schedule(schedule, paths) if schedule or paths or not refines else ()
+    drawing = start.replace(background=background_for(options.background, image, start.background))
+    locked = np.zeros(start.num_layers, bool)
+    try:
+        locked[np.array(lock, dtype=np.intp)] = True
+    except (IndexError, TypeError, ValueError):
+        raise ValueError(f"lock: got {lock!r}, wanted numbers of the {start.num_layers} layers, from 0 on") from None
+    return State.start(drawing, options, (0, *stages) if refines else stages, seed, locked)
 
 
 def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = None) -> list[Stage]:
@@ -358,8 +370,7 @@ def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = 
         if revision and outcomes:
             before = outcomes.pop()
             steps, seconds = steps + before.iterations, seconds + before.seconds
-        least = max(state.options.prune, state.options.path_gain) if vectorizer.finished else 0.0
-        drawing = needed_layers(quantize(vectorizer.best_drawing()), vectorizer.rasterizer, vectorizer.target, least)
+        drawing = vectorizer.outcome()
         outcomes.append(Stage(drawing, vectorizer.mse(drawing), steps, seconds))
     return outcomes
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageCms
 
 from livecl.errors import ImageError
-from livecl.image import over_background, read_image, save_image
+from livecl.image import as_image, over_background, premultiplied, read_image, save_image
 
 RNG = np.random.default_rng(7)
 LEVELS = RNG.integers(0, 256, (5, 7, 3), dtype=np.uint8)
@@ -322,3 +322,35 @@ def test_save_image_refuses(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="shape"):
         save_image(tmp_path / "a.png", np.zeros((2, 2)))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("dtype", "largest"), [(np.uint8, 255), (np.uint16, 65535), (np.bool_, 1)])
+def test_integers_are_shares_of_their_largest(dtype: type, largest: int) -> None:
+    levels = np.linspace(0, largest, 24).reshape(2, 4, 3).astype(dtype)
+    np.testing.assert_allclose(as_image(levels), levels / largest, atol=1e-7)
+    assert as_image(levels).dtype == np.float32
+
+
+def test_pictures_of_every_kind_are_alike(tmp_path: Path) -> None:
+    levels = LEVELS
+    save_image(tmp_path / "in.png", levels / 255)
+    expected = levels / np.float32(255)
+    data = (tmp_path / "in.png").read_bytes()
+    with Image.open(tmp_path / "in.png") as opened:
+        sources = [tmp_path / "in.png", str(tmp_path / "in.png"), data, io.BytesIO(data), opened, levels, expected]
+        for source in sources:
+            np.testing.assert_allclose(as_image(source), expected, atol=1e-7)
+
+
+def test_pillow_s_pictures() -> None:
+    rgba = Image.fromarray(np.array([[[255, 0, 0, 51]]], np.uint8))
+    np.testing.assert_allclose(as_image(rgba), [[[1, 0, 0, 0.2]]], atol=1e-7)
+    np.testing.assert_allclose(as_image(rgba.convert("L")), np.full((1, 1, 3), 76 / 255), atol=1e-7)
+    assert as_image(Image.new("CMYK", (3, 2))).shape == (2, 3, 3)
+    deep = Image.fromarray(np.array([[0, 32768, 65535]], np.uint16))
+    np.testing.assert_allclose(as_image(deep)[0, :, 1], [0, 32768 / 65535, 1], atol=1e-6)
+
+
+def test_premultiplied() -> None:
+    np.testing.assert_allclose(premultiplied([[[1, 0.5, 0, 0.5]]]), [[[0.5, 0.25, 0, 0.5]]])
+    np.testing.assert_allclose(premultiplied([[[1, 0.5, 0]]]), [[[1, 0.5, 0, 1]]])

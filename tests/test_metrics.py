@@ -172,8 +172,9 @@ def test_measure_layers_without_layers_or_background() -> None:
     assert metrics.measure_layers(empty_drawing(SIZE), np.zeros((*SIZE, 3))) == nothing
     white = drawn((rectangle(2, 2, 9, 9), WHITE), background=None)
     assert metrics.measure_layers(white, np.ones((*SIZE, 3))).needless == 1
+    assert metrics.measure_layers(white, render(white)).needless == 0
     with pytest.raises(ValueError, match="target: shape"):
-        metrics.measure_layers(white, np.ones((*SIZE, 4)))
+        metrics.measure_layers(white.replace(background=(0, 0, 0)), np.ones((*SIZE, 4)))
 
 
 SIMPLE = {

@@ -31,6 +31,7 @@ PAPER = {
     "variant": "paper",
     # no part of the paper, off:
     "max_segments": 4,
+    "holes": False,
     "settle": 1.0,
     "revisions": 0,
     "prune": 0.0,
@@ -153,14 +154,6 @@ def test_background_is_an_opaque_color(value: Any) -> None:
     with pytest.raises(ValueError, match=r"^background: ") as caught:
         Options(background=value)
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("background", "color"),
-    [("white", (1, 1, 1)), ("train", (1, 1, 1)), ("#ff8000", (1, 128 / 255, 0)), ("black", (0, 0, 0))],
-)
-def test_background_s_color(background: str, color: tuple[float, ...]) -> None:
-    assert Options(background=background).background_color() == pytest.approx(color)
 
 
 def test_an_outline_needs_a_region() -> None:

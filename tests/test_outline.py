@@ -12,7 +12,8 @@ from scipy.spatial import cKDTree
 from skimage.measure import label, points_in_poly
 
 from livecl.bezier import evaluate, signed_area
-from livecl.outline import border, circle, fit_outline, random_outline
+from livecl.fitting import fit_outline
+from livecl.outline import border, circle, random_outline
 
 FloatArray = NDArray[np.float64]
 

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from livecl import Drawing, Options
 from livecl.bezier import signed_area
+from livecl.candidates import SMALL_REGION
 from livecl.drawing import concatenate, empty_drawing
 from livecl.metrics import layer_alphas
 from livecl.outline import circle
-from livecl.placement import SMALL_REGION, Placement, place_paths
+from livecl.placement import Placement, place_paths
 
 FloatArray = NDArray[np.float64]
 

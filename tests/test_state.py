@@ -39,7 +39,7 @@ def _picture() -> NDArray[np.float32]:
 
 
 def _start(options: Options, seed: int = 0) -> State:
-    return State.start(empty_drawing((24, 27), options.background_color()), options, SCHEDULE, seed)
+    return State.start(empty_drawing((24, 27)), options, SCHEDULE, seed)
 
 
 def _equal(one: Any, other: Any) -> bool:
@@ -183,7 +183,9 @@ def _full_state() -> State:
         kept_weight=rng.uniform(size=(24, 27)).astype(np.float32),
         error=0.1 + 0.7,
         failures=2,
-        fallback=Fallback(drawing([1, 2]), adam(7, 3, 2), adam(2, 4)),
+        holds=np.array([2, 0], np.int8),
+        start_drawing=drawing([2, 1]),
+        fallback=Fallback(drawing([1, 2]), adam(7, 3, 2), adam(2, 4), np.array([1, 0], np.int8)),
     )
 
 
@@ -355,7 +357,7 @@ def test_missing_arrays_are_refused(tmp_path: Path) -> None:
     with np.load(path) as file:
         arrays = dict(file)
     for name in arrays:
-        if name in ("kept_weight", "fallback.points") or name.endswith("background"):
+        if name in ("kept_weight", "fallback.points", "start.points") or name.endswith("background"):
             continue  # a state may have none of these
         path.write_bytes(_archive(**{other: array for other, array in arrays.items() if other != name}))
         _refused(path)

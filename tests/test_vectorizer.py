@@ -18,6 +18,7 @@ from reference.rounding import UNIT, image_tolerance
 
 import livecl
 from livecl import Drawing, LiveclError, Options, Rasterizer, State, vectorize, vectorizer
+from livecl.background import background_for
 from livecl.drawing import empty_drawing
 from livecl.image import over_background
 from livecl.launcher import Launcher
@@ -56,7 +57,7 @@ def _about(mse: float) -> Any:
 
 
 def _new_run(options: Options, schedule: tuple[int, ...], device: int, target: NDArray[Any] = SMALL) -> Vectorizer:
-    drawing = empty_drawing(target.shape[:2], options.background_color())
+    drawing = empty_drawing(target.shape[:2], background_for(options.background, target))
     return Vectorizer(target, State.start(drawing, options, schedule, 0), device)
 
 
@@ -104,6 +105,7 @@ CHANGES: dict[str, tuple[Options, dict[str, Any]]] = {
     "placement by regions": (QUICK, {"placement": "region"}),
     "shape": (QUICK, {"shape": "random"}),
     "shape by fit": (QUICK, {"shape": "outline"}),
+    "holes": (Options(iterations=2, revisions=0), {"holes": False}),
     "settle": (QUICK, {"settle": 0.1}),
     "revisions": (Options(iterations=10, revisions=0), {"revisions": 3}),
     "prune": (Options(iterations=2, revisions=0), {"prune": 0.1}),
@@ -124,10 +126,17 @@ CHANGES: dict[str, tuple[Options, dict[str, Any]]] = {
 }
 
 
+def _ring() -> NDArray[np.float64]:
+    rows, columns = np.indices((24, 24)) + 0.5
+    distance = np.hypot(rows - 12, columns - 12)
+    return np.where(((distance > 5) & (distance < 9))[..., None], (0.8, 0.2, 0.1), (1.0, 1.0, 1.0))
+
+
 @pytest.mark.parametrize("name", CHANGES)
 def test_every_option_changes_the_result(name: str, device: int) -> None:
     base, changes = CHANGES[name]
-    results = [vectorize(SMALL, 3, [1, 2], dataclasses.replace(base, **c), device).svg for c in ({}, changes)]
+    image = _ring() if name == "holes" else SMALL
+    results = [vectorize(image, 3, [1, 2], dataclasses.replace(base, **c), device).svg for c in ({}, changes)]
     assert results[0] != results[1]
 
 
@@ -232,7 +241,7 @@ IMAGES: list[tuple[Any, str]] = [
     (np.ones((4, 4, 5)), r"^image: shape \(4, 4, 5\)"),
     (np.ones(4), r"^image: shape \(4,\)"),
     (np.ones((0, 4, 3)), r"^image: shape \(0, 4, 3\)"),
-    (np.full((4, 4, 3), 255, np.uint8), r"^image: numbers of type uint8, wanted floats"),
+    (np.full((4, 4, 3), 255, np.int32), r"^image: numbers of type int32, wanted floats"),
     (np.full((4, 4, 3), 1.5), r"^image: all numbers must be finite and within \[0, 1\]"),
     (np.full((4, 4, 3), -1e-3), r"^image: all numbers must be finite"),
     (np.full((4, 4, 3), np.nan), r"^image: all numbers must be finite"),
@@ -274,7 +283,7 @@ def test_alpha_is_laid_over_the_background(background: str, device: int) -> None
     image = np.concatenate([np.broadcast_to([0.9, 0.4, 0.1], (20, 26, 3)), alpha[..., None]], axis=2)
     options = Options.paper(iterations=6, background=background)
     result = vectorize(image, 2, options=options, device=device)
-    flat = over_background(image, options.background_color())
+    flat = over_background(image, background_for(background, image) or (1, 1, 1))
     assert result.svg == vectorize(flat, 2, options=options, device=device).svg
     assert result.mse == _about(_mse(result.drawing, flat, device))
 
@@ -542,7 +551,7 @@ def test_the_program_s_weight_goes_with_paths_on_top_only() -> None:
             Options.released(**changes)
 
 
-@pytest.mark.parametrize("name", set(livecl.options.PRESETS) - {"released"})
+@pytest.mark.parametrize("name", sorted(set(livecl.options.PRESETS) - {"released"}))
 def test_revisions_have_a_loss_to_train_on(name: str, device: int) -> None:
     losses: list[float] = []
     options = dataclasses.replace(livecl.options.PRESETS[name](), iterations=5, revisions=1)

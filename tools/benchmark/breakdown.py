@@ -20,10 +20,10 @@ import numpy as np
 
 #: Host steps: label, module, function. What a checkout does not have is left out, and its time counts as `other`.
 HOST_STEPS = (
-    ("pieces", "livecl.vectorizer", "Vectorizer._choose_pieces"),
+    ("pieces", "livecl.training", "choose_pieces"),
     ("pieces", "livecl.objective", "Objective._distance_weight"),
     ("Xing", "livecl.objective", "Objective._xing"),
-    ("Adam", "livecl.vectorizer", "Vectorizer._move"),
+    ("Adam", "livecl.training", "move"),
     ("upload", "livecl.scene", "Scene.load"),
     ("layout", "livecl.scene", "Scene.flatten"),
     ("upload", "livecl.launcher", "Launcher.write"),

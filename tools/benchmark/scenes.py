@@ -66,7 +66,7 @@ def made(case: Case, photo: str | None = None, device: int | str | None = None) 
         return State.start(covers(case.paths, case.side), Options.paper(), (case.paths,), 0)
     options, side = Options.paper(iterations=ITERATIONS), min(case.side, SIDE)
     stages = parse_schedule(case.schedule, case.paths)
-    start = State.start(empty_drawing((side, side), options.background_color()), options, stages, 0)
+    start = State.start(empty_drawing((side, side)), options, stages, 0)
     vectorizer = Vectorizer(picture(case.picture, side, photo), start, device)
     # Stopped at the very last iteration, the state is still within its stage.
     run(vectorizer, on_step=lambda step: (step.stage + 1, step.iteration) == (len(stages), ITERATIONS))

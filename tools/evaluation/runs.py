@@ -27,6 +27,7 @@ import livecl
 from evaluation.measures import FloatImage, measure
 from evaluation.methods import VTRACER, Method, schedule_through
 from livecl import vectorizer
+from livecl.background import WHITE
 from livecl.files import write_atomically
 from livecl.image import over_background, read_image
 from livecl.options import Options
@@ -233,7 +234,8 @@ def _vectorize(run: Run, options: Options) -> list[Row]:
         save_svg(drawing, run.folder / f"stage-{number}.svg")
     seconds = list(itertools.accumulate(stage.seconds for stage in result.stages))
     seconds[-1] = result.seconds
-    target = _over(image, options.background_color())
+    ground = result.drawing.background
+    target = over_background(image, WHITE if ground is None else ground)
     rasterizer = Rasterizer(target.shape[:2], run.device)
     asked_after = list(itertools.accumulate(run.schedule))
     rows = []
@@ -252,7 +254,7 @@ def _vectorize(run: Run, options: Options) -> list[Row]:
 def _trace(run: Run) -> list[Row]:
     import vtracer
 
-    target = _over(read_image(run.picture), (1.0, 1.0, 1.0))
+    target = over_background(read_image(run.picture), WHITE)
     png = io.BytesIO()
     Image.fromarray(np.rint(target * 255).astype(np.uint8)).save(png, "PNG")
     start = time.perf_counter()
@@ -262,10 +264,6 @@ def _trace(run: Run) -> list[Row]:
     write_atomically(svg, text)
     row = _row(run, None, svg, target, Rasterizer(target.shape[:2], run.device), {"seconds": seconds})
     return [{**row, "stages": [row["paths"]]}]
-
-
-def _over(image: FloatImage, background: tuple[float, float, float]) -> FloatImage:
-    return over_background(image, background) if image.shape[2] == 4 else image
 
 
 def _row(run: Run, asked: int | None, svg: Path, target: FloatImage, rasterizer: Rasterizer, extra: Row) -> Row:

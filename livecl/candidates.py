@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Candidates for new paths: regions with outlines fitted to them, judged by the error that the very path removes."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.components import Place
+from livecl.drawing import Drawing
+from livecl.fitting import fit_outlines
+from livecl.options import Options
+from livecl.outline import border, circle, holes, random_outline, reversed_path, without_holes
+from livecl.painting import Painting, Trial
+from livecl.rasterizer import Rasterizer
+from livecl.regions import Region, RegionFinder
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+#: Subpaths (s, 3, 2) of a layer, px.
+Outline = list[FloatArray]
+
+#: Regions that are tried as they are for each new path, and those of them that are tried with an outline.
+CANDIDATES, CLOSE_CANDIDATES = 12, 3
+#: Pixels under which a region is too small for its border to tell more than a circle of its area.
+SMALL_REGION = 12
+#: What the gain of a region tried roughly may be too small by.
+ROUGHNESS = 1.05
+#: What each segment beyond `segments` must add: a share of the error removed, or, if that is less, of the mean squared
+#: error of the picture.
+GAIN_PER_SEGMENT, SEGMENT_MSE = 0.001, 3e-6
+#: Alpha from which on paint starts opaque, and under which a region counts as clear: no paint makes a picture clearer.
+OPAQUE_FROM, CLEAR = 0.9, 0.02
+#: Holes of a region that are looked at.
+MOST_HOLES = 8
+
+
+@dataclasses.dataclass(frozen=True)
+class Candidate:
+    """A new layer: its outline, its fill as straight RGBA (4,), and what it does at its best depth."""
+
+    outline: Outline
+    rgba: FloatArray
+    trial: Trial
+
+    @property
+    def num_segments(self) -> int:
+        """Segments of all subpaths."""
+        return sum(map(len, self.outline))
+
+
+def paint_of(color: ArrayLike) -> FloatArray:
+    """Return the fill, straight RGBA (4,), that shows a colour over nothing: RGB, or premultiplied RGBA, (C,)."""
+    color = np.asarray(color, dtype=np.float64)
+    alpha = color[3] if len(color) == 4 else 1.0
+    opacity = 1.0 if alpha >= OPAQUE_FROM else max(alpha, CLEAR)
+    return np.array([*np.clip(color[:3] / max(alpha, CLEAR), 0, 1), opacity])
+
+
+def paint_over(ground: ArrayLike, color: ArrayLike) -> FloatArray:
+    """Return the fill, straight RGBA (4,), that turns one premultiplied RGBA (4,) into another where paint can do so.
+
+    Paint of colour c = (r, g, b, 1) and opacity o over G shows (1 - o) G + o c; so, from the alphas,
+    o = (A - A_G) / (1 - A_G), and c follows.
+    """
+    ground, color = np.asarray(ground, dtype=np.float64), np.asarray(color, dtype=np.float64)
+    opacity = np.clip((color[3] - ground[3]) / max(1 - ground[3], CLEAR), CLEAR, 1)
+    return np.array([*np.clip((color - (1 - opacity) * ground)[:3] / opacity, 0, 1), opacity])
+
+
+def initial_outline(place: Place, size: tuple[int, int], options: Options, rng: np.random.Generator) -> Outline:
+    """Return what a new path at a place looks like, on a canvas of `size`."""
+    if options.shape == "random":
+        return [random_outline(place.center, options.segments, size, rng)]
+    if options.shape == "outline" and place.mask is not None:
+        return [fitted(place.mask, options.segments)[-1]]
+    return [circle(place.center, options.radius, options.segments)]
+
+
+def region_candidates(
+    painting: Painting, count: int, options: Options, rng: np.random.Generator, rasterizer: Rasterizer
+) -> list[Candidate]:
+    """Return the paths that remove most error, one after the other, each put into the painting where it does best."""
+    finder = RegionFinder(painting.target.astype(np.float64), painting.image.astype(np.float64))
+    judge = _Judge(painting, options, rng, rasterizer)
+    found = []
+    for _ in range(count):
+        found.append(judge.best(finder))
+        painting.insert(found[-1].trial)
+    return found
+
+
+class _Judge:
+    """Tries regions as layers of a painting."""
+
+    def __init__(self, painting: Painting, options: Options, rng: np.random.Generator, rasterizer: Rasterizer) -> None:
+        self._painting = painting
+        self._options = options
+        self._rng = rng
+        self._rasterizer = rasterizer
+        self._error = np.zeros(0)
+
+    def best(self, finder: RegionFinder) -> Candidate:
+        """Return the best candidate; where no region lowers the error, a circle at its largest pixel."""
+        error = self._error = self._painting.error.astype(np.float64)
+        best: Candidate | None = None
+        tried = [self._as_it_is(region) for region in self._regions(finder, error)]
+        for gain, mask, rgba in sorted(tried, key=lambda item: -item[0])[:CLOSE_CANDIDATES]:
+            if best is not None and ROUGHNESS * gain <= best.trial.gain:  # no outline is better than the region itself
+                break
+            candidate = self._outlined(mask, rgba)
+            if candidate.trial.gain > (0.0 if best is None else best.trial.gain):
+                best = candidate
+        if best is not None:
+            return best
+        row, column = np.unravel_index(int(np.argmax(error)), error.shape)
+        outline = [circle((column + 0.5, row + 0.5), self._options.radius, self._options.segments)]
+        return self._candidate(outline, paint_of(self._painting.target[row, column]))
+
+    def _regions(self, finder: RegionFinder, error: FloatArray) -> Iterator[Region]:
+        """Yield the regions to look at: those that hold most error, and are not clear."""
+        for region in finder.best(error, CANDIDATES):
+            if len(region.color) == 3 or region.color[3] >= CLEAR:
+                yield region
+
+    def _as_it_is(self, region: Region) -> tuple[float, BoolArray, FloatArray]:
+        """Return what a region's own pixels would remove as a layer, with or without its holes, and in which fill."""
+        fills = [paint_of(region.color)]
+        if fills[0][3] < 1:
+            fills.append(paint_over(self._painting.image[region.mask].mean(axis=0), region.color))
+        masks = [without_holes(region.mask)]
+        if self._options.holes and self._options.shape == "outline":
+            opened = self._opened(region, masks[0])
+            if opened is not None:
+                masks.append(opened)
+        trials = [
+            (self._try(mask, rgba, roughly=True).gain, number)
+            for number, (mask, rgba) in enumerate(product(masks, fills))
+        ]
+        gain, number = max(trials)
+        return gain, masks[number // len(fills)], fills[number % len(fills)]
+
+    def _opened(self, region: Region, filled: BoolArray) -> BoolArray | None:
+        """Return the region with those holes in which the picture is better as it is; None if there are none."""
+        opened = [hole for hole in holes(region.mask, SMALL_REGION)[:MOST_HOLES] if self._differs(hole, region.color)]
+        return filled & ~np.logical_or.reduce(opened) if opened else None
+
+    def _differs(self, hole: BoolArray, color: FloatArray) -> bool:
+        """Whether the picture in a hole is better as it is than painted over."""
+        painted = np.square(self._painting.target[hole] - color).sum()
+        return bool(self._error[hole].sum() < painted)
+
+    def _outlined(self, mask: BoolArray, rgba: FloatArray) -> Candidate:
+        """Return a layer with an outline around a region, of more segments than `segments` where each adds enough."""
+        options = self._options
+        if options.shape != "outline":
+            return self._candidate(initial_outline(_place(mask), mask.shape, options, self._rng), rgba)
+        outlines = fitted_outlines(mask, options)
+        best = self._candidate(outlines[0], rgba)
+        for outline in outlines[1:]:
+            candidate = self._candidate(outline, rgba)
+            share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_MSE * self._painting.target.size)
+            if candidate.trial.gain > best.trial.gain + share * (candidate.num_segments - best.num_segments):
+                best = candidate
+        return best
+
+    def _candidate(self, outline: Outline, rgba: FloatArray) -> Candidate:
+        return Candidate(outline, rgba, self._try(self._coverage(outline), rgba))
+
+    def _try(self, coverage: NDArray[Any], rgba: FloatArray, roughly: bool = False) -> Trial:
+        color = np.ones(self._painting.target.shape[2])
+        color[:3] = rgba[:3]
+        return self._painting.try_layer(rgba[3] * coverage, color, roughly)
+
+    def _coverage(self, outline: Outline) -> NDArray[Any]:
+        height, width = self._painting.target.shape[:2]
+        white = Drawing(
+            points=np.concatenate(outline),
+            colors=[[1, 1, 1, 1]],
+            size=(height, width),
+            background=(0, 0, 0),
+            subpath_offsets=np.cumsum([0, *map(len, outline)]),
+            layer_offsets=[0, len(outline)],
+        )
+        return self._rasterizer.forward(white)[..., 0]
+
+
+def _place(mask: BoolArray) -> Place:
+    center = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
+    return Place(center, np.floor(center[::-1]).astype(np.int64), mask)
+
+
+def fitted_outlines(mask: BoolArray, options: Options) -> list[Outline]:
+    """Return outlines around a region (H, W) and its holes, of `segments` to `max_segments` segments for the border."""
+    inner = [reversed_path(fitted(hole, options.segments)[-1]) for hole in holes(mask, SMALL_REGION)]
+    outer = fitted(mask, max(options.segments, options.max_segments))
+    return [[path, *inner] for path in outer[options.segments - 1 :]]
+
+
+def fitted(mask: BoolArray, most: int) -> list[FloatArray]:
+    """Return paths of 1, 2, ... `most` segments around a region (H, W); holes are filled."""
+    area = int(mask.sum())
+    if area < SMALL_REGION:
+        center = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
+        return [circle(center, np.sqrt(area / np.pi), segments) for segments in range(1, most + 1)]
+    return fit_outlines(border(mask), most)
