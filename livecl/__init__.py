@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from livecl.drawing import Drawing
     from livecl.errors import DeviceError, ImageError, KernelBuildError, LiveclError, SvgError
     from livecl.image import read_image
+    from livecl.interpolation import interpolate
     from livecl.options import Options
     from livecl.rasterizer import Gradients, Rasterizer, render
     from livecl.result import Result
@@ -36,6 +37,7 @@ __all__ = [
     "Result",
     "State",
     "SvgError",
+    "interpolate",
     "list_devices",
     "read_image",
     "read_svg",
@@ -48,6 +50,7 @@ _MODULES = {
     "drawing": ["Drawing"],
     "errors": ["DeviceError", "ImageError", "KernelBuildError", "LiveclError", "SvgError"],
     "image": ["read_image"],
+    "interpolation": ["interpolate"],
     "options": ["Options"],
     "rasterizer": ["Gradients", "Rasterizer", "render"],
     "state": ["State"],
