@@ -90,9 +90,7 @@ class Vae:
             raise ValueError(f"parameters: shape {self.parameters.shape}, wanted {(wanted,)}")
 
     @classmethod
-    def start(
-        cls, size: tuple[int, int], hidden: tuple[int, ...], num_latents: int, rng: np.random.Generator
-    ) -> Vae:
+    def start(cls, size: tuple[int, int], hidden: tuple[int, ...], num_latents: int, rng: np.random.Generator) -> Vae:
         """Return an untrained model: weights from N(0, 1 / inputs), so that sums keep about unit size, and bias 0."""
         shapes = _shapes(size, hidden, num_latents)
         parts = []
@@ -160,8 +158,14 @@ class Vae:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model as ``.npz``, replacing an existing file atomically."""
         buffer = io.BytesIO()
-        facts = {"format": _FORMAT, "size": self.size, "hidden": self.hidden, "num_latents": self.num_latents}
-        np.savez(buffer, parameters=self.parameters, **{name: np.array(value) for name, value in facts.items()})
+        np.savez(
+            buffer,
+            parameters=self.parameters,
+            format=np.array(_FORMAT),
+            size=np.array(self.size),
+            hidden=np.array(self.hidden),
+            num_latents=np.array(self.num_latents),
+        )
         write_atomically(path, buffer.getvalue())
 
     @classmethod
