@@ -117,7 +117,8 @@ def test_the_commands_of_the_documentation(tmp_path: Path) -> None:
             timeout=100,
             check=False,
         )
-    assert (done.returncode, done.stderr) == (0, "svgs: 1 done\n")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.endswith("svgs: 1 done\n")  # after a warning, where the worker has not joined yet
     recipe = Recipe(paths=2, options=PRESETS["photo"](iterations=5, revisions=0))
     assert svgs(tmp_path / "svgs") == single_runs([file], recipe)
 
