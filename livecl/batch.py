@@ -56,6 +56,7 @@ class Batch:
         _check_output_folder(self._folder)
         self._summary = Summary(self._folder)
         self.recipe = Recipe() if recipe is None else recipe
+        self._fingerprint = self.recipe.fingerprint
         self._work = Work(self.recipe, device)
         self._workers, self._threads, self._scheduler = workers, threads, scheduler
         self._skip_done = skip_done
@@ -119,7 +120,7 @@ class Batch:
     def _done(self, picture: Picture, digest: str) -> Outcome | None:
         """Return the outcome of a picture that needs no work: its SVG is there as it would be made."""
         row = self._summary.get(picture.output)
-        if row is None or (row.picture, row.recipe) != (digest, self.recipe.fingerprint):
+        if row is None or (row.picture, row.recipe) != (digest, self._fingerprint):
             return None
         try:
             svg = (self._folder / picture.output).read_bytes()
@@ -154,7 +155,7 @@ class Batch:
             working_width=working_width,
             working_height=working_height,
             picture=digest,
-            recipe=self.recipe.fingerprint,
+            recipe=self._fingerprint,
             svg=_digest(answer.svg.encode()),
         )
 

@@ -95,36 +95,53 @@ def _package() -> Any:
 def work_on_cluster(tasks: Iterable[Task], work: Work, client: Client) -> Generator[tuple[int, Made | str], None, None]:
     """Work on pictures with the workers of a cluster; see :func:`livecl.batch_pool.work_locally`.
 
+    Dask cannot tell which of the pictures that a dead worker had was its end, and may give up all of them. Those are
+    tried once more when the others are done, one at a time.
+
     Raises
     ------
     LiveclError
         If the scheduler is lost.
     """
-    from distributed import as_completed
+    if not client.nthreads():
+        _log.warning("the scheduler has no workers yet; waiting for some")
+    suspects: list[Task] = []
+    for task, answer in _answers(iter(tasks), work, client):
+        if answer is None:
+            suspects.append(task)
+        else:
+            yield task.number, answer
+    for suspect in suspects:
+        _log.warning("%s: worker processes died that had it; it is tried again, alone", suspect.name)
+        for task, answer in _answers(iter([suspect]), work, client):
+            yield task.number, "the worker processes that had it died" if answer is None else answer
 
-    waiting = iter(tasks)
-    numbers: dict[Any, int] = {}
+
+def _answers(tasks: Iterator[Task], work: Work, client: Client) -> Iterator[tuple[Task, Made | str | None]]:
+    """Yield what becomes of each task, in the order in which they end; None where workers that had it have died."""
+    from distributed import KilledWorker, as_completed
+
+    sent: dict[Any, Task] = {}
     finished = as_completed(loop=client.loop)
 
     def send() -> None:
         """Keep each thread of the cluster, also of workers that have come since, busy and one picture ahead."""
         threads = sum(client.nthreads().values())
-        while len(numbers) < AHEAD * max(1, threads) and (task := next(waiting, None)) is not None:
+        while len(sent) < AHEAD * max(1, threads) and (task := next(tasks, None)) is not None:
             future = client.submit(make, task.data, task.name, work, pure=False)
-            numbers[future] = task.number
+            sent[future] = task
             finished.add(future)
 
-    if not client.nthreads():
-        _log.warning("the scheduler has no workers yet; waiting for some")
     send()
     for future in finished:
-        number = numbers.pop(future)
+        task = sent.pop(future)
+        answer: Made | str | None = None
         if future.status == "finished":
             answer = future.result()
-        elif future.status == "error":
-            answer = f"the worker failed: {' '.join(str(future.exception()).split())}"
-        else:
+        elif future.status != "error":
             raise LiveclError("scheduler: the connection to the Dask scheduler was lost")
+        elif not isinstance(error := future.exception(), KilledWorker):
+            answer = f"the worker failed: {' '.join(str(error).split())}"
         future.release()
         send()
-        yield number, answer
+        yield task, answer

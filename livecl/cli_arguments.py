@@ -12,6 +12,7 @@ from livecl.cli_options import add_method
 from livecl.cli_outputs import OUTPUTS
 from livecl.config import read_config
 from livecl.options import PRESET_PATHS, PRESETS
+from livecl.recipe import LAYER_STYLES
 from livecl.scaling import DEFAULT_SIZE
 from livecl.schedule import DEFAULT_PATHS
 
@@ -167,6 +168,12 @@ def _add_drawing(add: Adder) -> None:
         f"(default: {DEFAULT_SIZE})",
     )
     add("--precision", type=int, choices=range(10), default=3, metavar="N", help="decimals of coordinates (default: 3)")
+    add(
+        "--layers",
+        choices=LAYER_STYLES,
+        default=LAYER_STYLES[0],
+        help="stages and layers as Inkscape shows them, with names, or plain SVG (default: inkscape)",
+    )
     add("--seed", type=whole(0), default=0, metavar="N", help="seed of all random choices (default: 0)")
 
 

@@ -98,6 +98,7 @@ def recipe_of(arguments: argparse.Namespace) -> Recipe:
         seed=arguments.seed,
         size=arguments.size,
         precision=arguments.precision,
+        layers=arguments.layers,
         start=start,
         lock=_locked(start, arguments.lock or ()),
     )
@@ -118,6 +119,7 @@ def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]
         **({"paths": "auto"} if recipe.paths == "auto" else {"schedule": list(recipe.stages)}),
         "size": recipe.size,
         "precision": recipe.precision,
+        "layers": recipe.layers,
         "seed": recipe.seed,
         **dataclasses.asdict(recipe.options),
         **{name: getattr(arguments, name) for name in ("device", "threads", "workers", "scheduler")},

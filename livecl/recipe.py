@@ -8,7 +8,7 @@ import hashlib
 import itertools
 import json
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,12 +17,15 @@ from livecl import __version__
 from livecl.options import Options
 from livecl.scaling import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.schedule import parse_schedule
+from livecl.svg_writer import MAX_PRECISION, LayerStyle, format_svg, quantize
 
 if TYPE_CHECKING:
     from livecl.drawing import Drawing
     from livecl.result import Result, Stage
     from livecl.vectorizer import Step
 
+#: How layers and stages are written.
+LAYER_STYLES = get_args(LayerStyle)
 #: Decimals that `vectorize` itself rounds coordinates to, so that its errors are those of that rounding.
 VECTORIZED_PRECISION = 3
 
@@ -49,6 +52,8 @@ class Recipe:
         picture's own coordinates all the same.
     precision : int
         Decimals kept of coordinates, px of the picture.
+    layers : "inkscape" or "plain"
+        How layers and stages are written, see :func:`livecl.svg_writer.format_svg`.
     start : Drawing, optional
         Drawing to start from, stretched to the picture's canvas, which must have the same proportions.
     lock : sequence of int
@@ -66,6 +71,7 @@ class Recipe:
     seed: int = 0
     size: int = DEFAULT_SIZE
     precision: int = 3
+    layers: LayerStyle = "inkscape"
     start: Drawing | None = None
     lock: Sequence[int] = ()
 
@@ -74,8 +80,10 @@ class Recipe:
         working_size((1, 1), self.size)
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
             raise ValueError(f"seed: got {self.seed!r}, wanted a whole number of at least 0")
-        if self.precision not in range(10):
-            raise ValueError(f"precision: got {self.precision!r}, wanted 0 to 9 decimals")
+        if self.precision not in range(MAX_PRECISION + 1):
+            raise ValueError(f"precision: got {self.precision!r}, wanted 0 to {MAX_PRECISION} decimals")
+        if self.layers not in LAYER_STYLES:
+            raise ValueError(f"layers: got {self.layers!r}, wanted {' or '.join(map(repr, LAYER_STYLES))}")
         num_layers = 0 if self.start is None else self.start.num_layers
         if any(layer not in range(num_layers) for layer in self.lock):
             raise ValueError(f"lock: got {self.lock!r}, wanted numbers of the {num_layers} layers of start, from 0 on")
@@ -93,8 +101,6 @@ class Recipe:
     @property
     def fingerprint(self) -> str:
         """A digest that differs where the SVGs of the same picture may: of all values and livecl's version."""
-        from livecl.svg_writer import MAX_PRECISION, format_svg
-
         facts = {
             "version": __version__,
             "options": dataclasses.asdict(self.options),
@@ -103,6 +109,7 @@ class Recipe:
             "seed": self.seed,
             "size": self.size,
             "precision": self.precision,
+            "layers": self.layers,
             "start": None if self.start is None else format_svg(self.start, MAX_PRECISION),
             "lock": sorted(map(int, self.lock)),
         }
@@ -144,7 +151,6 @@ class Recipe:
         from livecl.image import as_image
         from livecl.metrics import mse
         from livecl.rasterizer import render
-        from livecl.svg import quantize
         from livecl.vectorizer import vectorize
 
         pixels = as_image(image)
@@ -178,9 +184,7 @@ class Recipe:
 
     def svg(self, drawing: Drawing) -> str:
         """Return a drawing as SVG text, as the recipe says."""
-        from livecl.svg import format_svg
-
-        return format_svg(drawing, self.precision)
+        return format_svg(drawing, self.precision, self.layers)
 
 
 def _enlarged(drawing: Drawing, size: tuple[int, int], start: Drawing | None, lock: Sequence[int]) -> Drawing:
@@ -188,8 +192,6 @@ def _enlarged(drawing: Drawing, size: tuple[int, int], start: Drawing | None, lo
 
     Scaled down, rounded and scaled up again, these would differ from them.
     """
-    from livecl.svg import quantize
-
     enlarged = scaled(drawing, size)
     if start is None or enlarged is drawing:
         return enlarged

@@ -78,7 +78,7 @@ def test_a_cluster_for_the_time_of_the_batch(tmp_path: Path) -> None:
     deadly = Deadly(paths=QUICK.paths, options=QUICK.options)
     outcomes = vectorize_files(files, tmp_path / "out", recipe=deadly, scheduler="local", workers=2)
     assert [outcome.status for outcome in outcomes] == ["failed", "done", "done"]
-    assert "the worker failed" in outcomes[0].message and "\n" not in outcomes[0].message
+    assert outcomes[0].message == "the worker processes that had it died"
     assert svgs(tmp_path / "out") == single_runs(files[1:], QUICK)
 
 
@@ -117,7 +117,8 @@ def test_the_commands_of_the_documentation(tmp_path: Path) -> None:
             timeout=100,
             check=False,
         )
-    assert (done.returncode, done.stderr) == (0, "svgs: 1 done\n")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.endswith("svgs: 1 done\n")  # after a warning, where the worker has not joined yet
     recipe = Recipe(paths=2, options=PRESETS["photo"](iterations=5, revisions=0))
     assert svgs(tmp_path / "svgs") == single_runs([file], recipe)
 

@@ -76,7 +76,7 @@ def test_presets_are_named_options(preset: str) -> None:
     [
         [],
         ["--preset", "paper", "--tau", "7.5", "--paths", "12", "--seed", "4", "--no-untangle"],
-        ["--preset", "diffvg", "--size", "full", "--precision", "1", "--background", "#102030"],
+        ["--preset", "diffvg", "--size", "full", "--precision", "1", "--layers", "plain", "--background", "#102030"],
         ["--paths", "auto", "--preset", "photo", "--prune", "1e-7"],
         ["--schedule", "1,2,1", "--placement", "random"],
     ],
