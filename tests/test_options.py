@@ -32,6 +32,7 @@ PAPER = {
     # no part of the paper, off:
     "max_segments": 4,
     "holes": False,
+    "merge": False,
     "settle": 1.0,
     "revisions": 0,
     "prune": 0.0,
