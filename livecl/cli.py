@@ -16,7 +16,6 @@ from livecl.cli_messages import complain, messages
 from livecl.cli_request import BatchJob, Job, checked, recipe_of, settings_of
 from livecl.cli_work import run_batch, run_job
 from livecl.config import format_config
-from livecl.device import list_devices, open_device
 from livecl.errors import LiveclError
 
 __all__ = ["build_parser", "main"]
@@ -77,9 +76,11 @@ def _information(arguments: argparse.Namespace) -> str:
     if arguments.show_options:
         return format_config(settings_of(recipe_of(arguments), arguments))
     if arguments.list_devices:
+        from livecl.device import choose_device, list_devices
+
         devices = list_devices()
         if not devices:
-            open_device(None)  # says how to get one
+            choose_device()  # says how to get one
         return "".join(f"{device}\n" for device in devices)
     return ""
 

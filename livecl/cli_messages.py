@@ -10,11 +10,11 @@ import warnings
 from collections.abc import Iterator
 from typing import Any
 
-from tqdm import tqdm
-
 
 def say(message: str) -> None:
     """Write a line to standard error, above a progress bar that may stand there."""
+    from tqdm import tqdm
+
     tqdm.write(message, file=sys.stderr)
 
 

@@ -17,7 +17,6 @@ from livecl.batch import Batch
 from livecl.batch_files import is_pattern
 from livecl.cli_options import given_options
 from livecl.cli_outputs import OUTPUTS, STANDARD, Output, check_outputs
-from livecl.device import choose_device
 from livecl.drawing import Drawing, empty_drawing
 from livecl.image import read_image
 from livecl.options import PRESET_PATHS
@@ -56,6 +55,8 @@ def checked(arguments: argparse.Namespace) -> Job | BatchJob:
     ValueError, LiveclError
         If it cannot be done; the message is one line for the user.
     """
+    from livecl.device import choose_device
+
     missing = [name for name, value in (("IN", arguments.inputs), ("-o", arguments.output)) if not value]
     if missing:
         raise ValueError(f"nothing to do without {' and '.join(missing)}: livecl IN -o OUT.svg (see --help)")
