@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
@@ -59,6 +60,8 @@ def parse_arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
         If they are not usable.
     """
     parser = build_parser()
+    command = ("livecl", *(sys.argv[1:] if argv is None else argv))
+    parser.set_defaults(command=command)
     given = parser.parse_intermixed_args(argv)
     if given.config is None:
         return given
@@ -140,6 +143,13 @@ def _add_files(add: Adder) -> None:
     )
     for output in OUTPUTS:
         add(f"--{output.name}", metavar=output.metavar, help=output.help)
+    add(
+        "--frame-step",
+        type=whole(1),
+        default=10,
+        metavar="N",
+        help="iterations between two pictures of --gif and --mp4 (default: 10)",
+    )
 
 
 def _add_drawing(add: Adder) -> None:

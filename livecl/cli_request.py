@@ -34,6 +34,8 @@ class Job:
     recipe: Recipe
     output: str
     outputs: list[tuple[Output, Path]]
+    frame_step: int
+    command: tuple[str, ...]
     device: str | None
     quiet: bool
 
@@ -79,6 +81,8 @@ def checked(arguments: argparse.Namespace) -> Job | BatchJob:
         recipe=recipe,
         output=arguments.output,
         outputs=chosen,
+        frame_step=arguments.frame_step,
+        command=arguments.command,
         device=arguments.device,
         quiet=arguments.quiet,
     )

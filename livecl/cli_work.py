@@ -21,11 +21,16 @@ def run_job(job: Job) -> None:
             f"(--size full works on all pixels)"
         )
     with RunProgress(job.recipe.options.revisions, quiet=job.quiet) as progress:
-        result = job.recipe.vectorize(job.image, job.device, progress.show)
-    finished = Finished(job.name, job.image, job.recipe, result)
+        course = None
+        if any(kind.shows_course for kind, _ in job.outputs):
+            from livecl.course import Course
+
+            course = Course(job.frame_step, on_step=progress.show)
+        result = job.recipe.vectorize(job.image, job.device, course or progress.show)
+    finished = Finished(job.name, job.image, job.recipe, result, job.command, course)
+    write_svg(job.output, finished)
     for kind, path in job.outputs:
         kind.write(path, finished)
-    write_svg(job.output, finished)
     if not job.quiet:
         name = "standard output" if job.output == STANDARD else job.output
         at = "" if smaller == (height, width) else f" at {smaller[1]}x{smaller[0]} px"
