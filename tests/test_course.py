@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import sys
 from pathlib import Path
 
@@ -89,7 +90,7 @@ def test_revisions_taken_back_are_left_out() -> None:
     ends = [frame.drawing for frame in course.frames if frame.iteration == 6]
     errors = [float(np.mean((rasterizer.forward(drawing) - target) ** 2)) for drawing in ends]
     # The two stages that add paths come first; after them only what lowered the error.
-    assert all(later < earlier for earlier, later in zip(errors[1:], errors[2:], strict=False))
+    assert all(later < earlier for earlier, later in itertools.pairwise(errors[1:]))
     # What is saved is rounded to 8 bits and thousandths of a px: half a level more in each channel's
     # root mean square error, by the triangle inequality.
     assert np.sqrt(result.mse) <= np.sqrt(errors[-1]) + 0.5 / 255
@@ -97,7 +98,7 @@ def test_revisions_taken_back_are_left_out() -> None:
 
 @pytest.mark.parametrize("every", [0, -1, 2.5, True])
 def test_every_refused(every: int) -> None:
-    with pytest.raises(ValueError, match="every: got .*, wanted a whole number of at least 1"):
+    with pytest.raises(ValueError, match=r"every: got .*, wanted a whole number of at least 1"):
         Course(every)
 
 
@@ -111,7 +112,7 @@ def test_gif(run: tuple[Course, Result], tmp_path: Path) -> None:
     drawings = course.drawings(result=result)
     pictures = [np.rint(Rasterizer(SIZE).forward(drawing) * 255) for drawing in drawings]
     # Equal pictures in a row are one frame.
-    changes = 1 + sum(not np.array_equal(a, b) for a, b in zip(pictures, pictures[1:], strict=False))
+    changes = 1 + sum(not np.array_equal(a, b) for a, b in itertools.pairwise(pictures))
     assert len(frames) == changes
     # 50 ms each, and the last one second more.
     assert sum(duration for _, duration in frames) == 50 * len(drawings) + 1000

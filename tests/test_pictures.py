@@ -49,7 +49,7 @@ def test_sheet_holds_the_target_and_each_stage(result: Result) -> None:
 
     sheet = stage_sheet(square(), result, cell=48)
     assert sheet.dtype == np.float32 and sheet.shape[2] == 3
-    assert 0 <= sheet.min() and sheet.max() <= 1
+    assert sheet.min() >= 0 and sheet.max() <= 1
     rasterizer = Rasterizer(SIZE)
     assert holds(sheet, square())
     for stage in result.stages:
@@ -98,7 +98,7 @@ def test_sheet_refuses(result: Result, wrong: dict[str, int]) -> None:
 def test_sheet_refuses_other_sizes(result: Result) -> None:
     from livecl.rasterizer import Rasterizer
 
-    with pytest.raises(ValueError, match="image: .* wanted the drawing's"):
+    with pytest.raises(ValueError, match=r"image: .* wanted the drawing's"):
         stage_sheet(square()[:40], result)
     with pytest.raises(ValueError, match=r"rasterizer: size \(48, 48\), wanted \(96, 96\)"):
         stage_sheet(square(), result, cell=96, rasterizer=Rasterizer(SIZE))
