@@ -14,6 +14,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import os
+import zipfile
 from itertools import pairwise
 
 import numpy as np
@@ -176,6 +177,8 @@ class Vae:
             If the file is not one.
         """
         try:
+            if not zipfile.is_zipfile(path):
+                raise ValueError("it is no whole .npz file, or not there")
             with np.load(path, allow_pickle=False) as file:
                 arrays = dict(file)
             if int(arrays["format"]) != _FORMAT:

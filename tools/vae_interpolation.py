@@ -46,6 +46,8 @@ ENLARGED = 4 * SIDE
 DRAWN = 4000
 #: Pictures of a step of the training.
 BATCH = 128
+#: Paths of the first drawing of a sequence, where the user does not say.
+PATHS = 5
 #: What the digits at the ends of the strip and in the corners of the grid show.
 ENDS, CORNERS = (3, 8), (0, 6, 7, 2)
 EPILOG = """\
@@ -74,7 +76,11 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--epochs", type=whole(1), default=20, metavar="N", help="rounds of training (default: 20)")
     parser.add_argument("--frames", type=whole(2), default=9, metavar="N", help="pictures of the strip (default: 9)")
     parser.add_argument("--grid", type=whole(2), default=5, metavar="N", help="rows and columns (default: 5)")
+    parser.add_argument(
+        "--add-paths", type=whole(0), default=1, metavar="N", help="for pictures that need more (default: 1)"
+    )
     add_method_arguments(parser)
+    parser.set_defaults(paths=PATHS)
     return parser
 
 
@@ -142,6 +148,7 @@ def vectorized(pictures: Sequence[np.ndarray], name: str, arguments: argparse.Na
             paths=arguments.paths,
             schedule=schedule,
             options=options,
+            add_paths=arguments.add_paths,
             device=arguments.device,
             seed=arguments.seed,
         )
