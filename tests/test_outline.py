@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from skimage.measure import label, points_in_poly
 
 from livecl.bezier import evaluate, signed_area
-from livecl.fitting import fit_outline, fit_outlines
+from livecl.fitting import PLACES, fit_outline, fit_outlines
 from livecl.outline import border, circle, random_outline
 
 FloatArray = NDArray[np.float64]
@@ -161,7 +161,9 @@ def test_anchors_lie_on_the_polyline() -> None:
 def test_anchors_go_to_corners_however_unevenly_they_lie() -> None:
     corners = np.array([(0.0, 0.0), (48.0, 0.0), (48.0, 6.0), (6.0, 6.0), (6.0, 42.0), (0.0, 42.0)])
     paths = fit_outlines(corners, 6)
-    assert cKDTree(paths[-1][:, 0]).query(corners)[0].max() < 2.01  # places for anchors are 2 px apart
+    # An anchor takes one of the two places about a corner, which are the outline's length / PLACES apart.
+    length = float(np.hypot(*(np.roll(corners, -1, axis=0) - corners).T).sum())
+    assert cKDTree(paths[-1][:, 0]).query(corners)[0].max() <= length / PLACES
     assert signed_area(_cubics(paths[-1])) == pytest.approx(48 * 6 + 6 * 36, rel=0.02)
     assert [len(path) for path in paths] == [1, 2, 3, 4, 5, 6]
 
