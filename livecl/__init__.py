@@ -11,13 +11,17 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from livecl.batch import vectorize_files
     from livecl.device import list_devices
     from livecl.drawing import Drawing
     from livecl.errors import DeviceError, ImageError, KernelBuildError, LiveclError, SvgError
     from livecl.image import read_image
+    from livecl.interpolation import interpolate
     from livecl.options import Options
     from livecl.rasterizer import Gradients, Rasterizer, render
+    from livecl.recipe import Recipe
     from livecl.result import Result
+    from livecl.sequences import SequenceResult, vectorize_sequence
     from livecl.state import State
     from livecl.svg import read_svg
     from livecl.vectorizer import vectorize
@@ -33,23 +37,32 @@ __all__ = [
     "LiveclError",
     "Options",
     "Rasterizer",
+    "Recipe",
     "Result",
+    "SequenceResult",
     "State",
     "SvgError",
+    "interpolate",
     "list_devices",
     "read_image",
     "read_svg",
     "render",
     "vectorize",
+    "vectorize_files",
+    "vectorize_sequence",
 ]
 
 _MODULES = {
+    "batch": ["vectorize_files"],
     "device": ["list_devices"],
     "drawing": ["Drawing"],
     "errors": ["DeviceError", "ImageError", "KernelBuildError", "LiveclError", "SvgError"],
     "image": ["read_image"],
+    "interpolation": ["interpolate"],
     "options": ["Options"],
     "rasterizer": ["Gradients", "Rasterizer", "render"],
+    "recipe": ["Recipe"],
+    "sequences": ["SequenceResult", "vectorize_sequence"],
     "state": ["State"],
     "svg": ["read_svg"],
     "result": ["Result"],

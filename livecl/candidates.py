@@ -29,9 +29,11 @@ Outline = list[FloatArray]
 CANDIDATES, CLOSE_CANDIDATES = 12, 3
 #: Pixels under which a region is too small for its border to tell more than a circle of its area.
 SMALL_REGION = 12
-#: What each segment beyond `segments` must add: a share of the error removed, or, if that is less, of the mean squared
-#: error of the picture.
-GAIN_PER_SEGMENT, SEGMENT_MSE = 0.001, 3e-6
+#: What the gain of a region tried roughly may be too small by.
+ROUGHNESS = 1.05
+#: What each segment beyond `segments` must add: a share of the error removed or, if that is less, a squared error: half
+#: of a pixel that is wrong in one channel.
+GAIN_PER_SEGMENT, SEGMENT_ERROR = 0.001, 0.5
 #: Alpha from which on paint starts opaque, and under which a region counts as clear: no paint makes a picture clearer.
 OPAQUE_FROM, CLEAR = 0.9, 0.02
 #: Holes of a region that are looked at.
@@ -101,14 +103,15 @@ class _Judge:
         self._options = options
         self._rng = rng
         self._rasterizer = rasterizer
+        self._error = np.zeros(0)
 
     def best(self, finder: RegionFinder) -> Candidate:
         """Return the best candidate; where no region lowers the error, a circle at its largest pixel."""
-        error = self._painting.error.astype(np.float64)
+        error = self._error = self._painting.error.astype(np.float64)
         best: Candidate | None = None
         tried = [self._as_it_is(region) for region in self._regions(finder, error)]
         for gain, mask, rgba in sorted(tried, key=lambda item: -item[0])[:CLOSE_CANDIDATES]:
-            if gain <= (0.0 if best is None else best.trial.gain):  # no outline is better than the region itself
+            if best is not None and ROUGHNESS * gain <= best.trial.gain:  # no outline is better than the region itself
                 break
             candidate = self._outlined(mask, rgba)
             if candidate.trial.gain > (0.0 if best is None else best.trial.gain):
@@ -135,7 +138,10 @@ class _Judge:
             opened = self._opened(region, masks[0])
             if opened is not None:
                 masks.append(opened)
-        trials = [(self._try(mask, rgba).gain, number) for number, (mask, rgba) in enumerate(product(masks, fills))]
+        trials = [
+            (self._try(mask, rgba, roughly=True).gain, number)
+            for number, (mask, rgba) in enumerate(product(masks, fills))
+        ]
         gain, number = max(trials)
         return gain, masks[number // len(fills)], fills[number % len(fills)]
 
@@ -147,7 +153,7 @@ class _Judge:
     def _differs(self, hole: BoolArray, color: FloatArray) -> bool:
         """Whether the picture in a hole is better as it is than painted over."""
         painted = np.square(self._painting.target[hole] - color).sum()
-        return bool(self._painting.error[hole].sum() < painted)
+        return bool(self._error[hole].sum() < painted)
 
     def _outlined(self, mask: BoolArray, rgba: FloatArray) -> Candidate:
         """Return a layer with an outline around a region, of more segments than `segments` where each adds enough."""
@@ -158,7 +164,7 @@ class _Judge:
         best = self._candidate(outlines[0], rgba)
         for outline in outlines[1:]:
             candidate = self._candidate(outline, rgba)
-            share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_MSE * self._painting.target.size)
+            share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_ERROR)
             if candidate.trial.gain > best.trial.gain + share * (candidate.num_segments - best.num_segments):
                 best = candidate
         return best
@@ -166,10 +172,10 @@ class _Judge:
     def _candidate(self, outline: Outline, rgba: FloatArray) -> Candidate:
         return Candidate(outline, rgba, self._try(self._coverage(outline), rgba))
 
-    def _try(self, coverage: NDArray[Any], rgba: FloatArray) -> Trial:
+    def _try(self, coverage: NDArray[Any], rgba: FloatArray, roughly: bool = False) -> Trial:
         color = np.ones(self._painting.target.shape[2])
         color[:3] = rgba[:3]
-        return self._painting.try_layer(rgba[3] * coverage, color)
+        return self._painting.try_layer(rgba[3] * coverage, color, roughly)
 
     def _coverage(self, outline: Outline) -> NDArray[Any]:
         height, width = self._painting.target.shape[:2]

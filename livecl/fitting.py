@@ -16,8 +16,8 @@ from livecl.bezier import bernstein
 
 FloatArray = NDArray[np.float64]
 
-#: Places on the polyline where anchors may lie, unless more segments are asked for.
-PLACES = 96
+#: Places on the polyline where anchors may lie, one for so many px, at most; more where more segments are asked for.
+PLACES, LEAST_PLACES, SPACING = 64, 24, 2.0
 #: Points at which a segment is compared with the polyline, and the polyline's points for each place.
 POINTS, FINE = 24, 4
 
@@ -37,7 +37,8 @@ def fit_outlines(polyline: FloatArray, most: int) -> list[FloatArray]:
     list of (s, 3, 2) float64
         The path of s segments is at index s - 1; it runs the way the polyline does.
     """
-    places = max(PLACES, most)
+    length = float(np.hypot(*(np.roll(polyline, -1, axis=0) - polyline).T).sum())
+    places = max(most, int(np.clip(np.ceil(length / SPACING), LEAST_PLACES, PLACES)))
     points = _evenly(polyline, places * FINE)
     errors, handles = _segment_fits(points, places)
     first = _corner(errors)

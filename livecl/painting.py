@@ -25,6 +25,8 @@ MOST_NUMBERS = 1 << 26
 MOST_DEPTHS = 8
 #: Overlap, px^2, that counts, and share by which a lower depth must be better than the top.
 LEAST_OVERLAP, LEAST_ADVANTAGE = 1.0, 0.01
+#: Pixels from which on a layer is large enough to be tried roughly.
+LARGE = 500
 
 
 @dataclasses.dataclass(frozen=True)
@@ -93,21 +95,30 @@ class Painting:
         """Paint order: the layers given, by their numbers, and those inserted, numbered on in the order they came."""
         return np.array([*self._fixed, *self._ids], dtype=np.intp)
 
-    def try_layer(self, alpha: NDArray[Any], color: FloatArray) -> Trial:
-        """Return a new layer of an alpha (H, W) and a paint's colour (C,) at the depth where it removes most error."""
+    def try_layer(self, alpha: NDArray[Any], color: FloatArray, roughly: bool = False) -> Trial:
+        """Return a new layer of an alpha (H, W) and a paint's colour (C,) at the depth where it removes most error.
+
+        Roughly, of a large layer only every second pixel in each direction is looked at.
+        """
         top = len(self._ids)
         window = _window(alpha)
         if window is None:
             return Trial(top, alpha, color, 0.0)
+        area = 1.0
+        if roughly and np.count_nonzero(alpha) > LARGE:
+            area, (rows, columns) = 4.0, window
+            window = slice(rows.start, rows.stop, 2), slice(columns.start, columns.stop, 2)
         share = alpha[window]
         residual = self.target[window] - self.image[window]
         overlaps = np.array([float(np.sum(share * other[window])) for other in self._alphas])
-        lower = [int(k) for k in np.argsort(-overlaps, kind="stable")[:MOST_DEPTHS] if overlaps[k] > LEAST_OVERLAP]
+        lower = [
+            int(k) for k in np.argsort(-overlaps, kind="stable")[:MOST_DEPTHS] if area * overlaps[k] > LEAST_OVERLAP
+        ]
         best = Trial(top, alpha, color, -np.inf)
         for depth in [top, *lower]:
             visible = share * self._transmittances[depth][window]
             change = visible[..., None] * (color.astype(np.float32) - self._grounds[depth][window])
-            gain = float(np.sum(change * (2 * residual - change)))
+            gain = area * float(np.sum(change * (2 * residual - change)))
             if gain > best.gain + (LEAST_ADVANTAGE * abs(best.gain) if best.depth == top and depth != top else 0.0):
                 best = Trial(depth, alpha, color, gain)
         return best

@@ -159,6 +159,7 @@ class State:
         self.colors.forget(sources < 0)
         self.holds = np.where(sources < 0, FREE, self.holds[sources]).astype(np.int8)
         self.drawing = drawing
+        self.pieces = np.ones(drawing.num_segments, np.int32)  # until they are chosen
 
     def fall_back(self) -> Fallback:
         """Return what :meth:`restore` needs to come back to this point."""
@@ -256,7 +257,7 @@ class State:
             raise LiveclError(f"{os.fspath(path)!r} is not a saved state of livecl: {error}") from error
 
 
-_DRAWING_ARRAYS = ("points", "colors", "subpath_offsets", "layer_offsets", "stages")
+_DRAWING_ARRAYS = ("points", "colors", "subpath_offsets", "layer_offsets", "stages", "names")
 
 
 def _drawing_arrays(prefix: str, drawing: Drawing) -> dict[str, Any]:

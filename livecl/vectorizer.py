@@ -128,8 +128,10 @@ class Vectorizer:
             state.fallback, count = state.fall_back(), 0
         elif state.stage >= len(state.schedule):
             state.fallback = state.fall_back()
-            count = self._merge(MERGING_LOSS) if state.options.merge and state.failures % 2 == 0 else 0
-            count += self._take_out()
+            if state.options.merge and state.failures % 2 == 0:
+                self._merge(MERGING_LOSS)
+            self._take_out()
+            count = self._num_missing()
         else:
             if state.stage and state.options.variant == "released":
                 state.kept_weight = self.objective.released_weight(state, state.stage - 1)
@@ -195,24 +197,26 @@ class Vectorizer:
                 return start
         return drawing
 
-    def _merge(self, tolerance: float) -> int:
-        """Merge neighbours of one colour, and return how many layers fewer there are."""
+    def _num_missing(self) -> int:
+        """Return how many layers fewer there are than were asked for."""
+        state = self.state
+        return sum(state.schedule) - int(np.sum(state.holds == FREE))
+
+    def _merge(self, tolerance: float) -> None:
+        """Merge neighbours of one colour."""
         state = self.state
         merged = merge_neighbors(state.drawing, self.rasterizer, self.target, state.options, state.free, tolerance)
-        fewer = state.drawing.num_layers - merged.drawing.num_layers
-        if fewer:
+        if merged.drawing.num_layers < state.drawing.num_layers:
             state.replace_layers(merged.drawing, merged.sources)
-        return fewer
 
-    def _take_out(self) -> int:
-        """Remove the least useful layers, after failures the next ones in that order, and return how many."""
+    def _take_out(self) -> None:
+        """Remove the least useful layers, after failures the next ones in that order."""
         state = self.state
         order = least_useful(state.drawing, self.rasterizer, self.target)
         order = order[state.free[order]]
         count = min(len(order), max(1, state.drawing.num_layers // REVISED_SHARE))
         start = state.failures * count % max(1, len(order) - count + 1)
         state.keep_layers(np.setdiff1d(np.arange(state.drawing.num_layers), order[start : start + count]))
-        return count
 
     def step(self) -> float:
         """Do one iteration: loss, gradient, Adam. Returns the loss.

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drawings one after the other, written as the suffix of the output says."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+import livecl
+from animations.inputs import BadInputError, number
+from livecl.animation import SHORTEST_FRAME, save_animated_svg, save_gif
+from livecl.frames import render_frames
+from livecl.image import save_image
+
+FORMATS = "OUT.svg: animated; OUT.gif; OUT.png: side by side; a folder: numbered SVGs"
+#: What lies between pictures that are side by side: px, and grey level.
+GAP, GAP_LEVEL = 2, 0.8
+
+
+def add_output_arguments(parser: argparse.ArgumentParser, seconds: float) -> None:
+    """Add the arguments that say what is written."""
+    parser.add_argument("-o", "--output", required=True, type=Path, metavar="OUT", help=FORMATS)
+    group = parser.add_argument_group("what is written")
+    group.add_argument(
+        "--seconds",
+        type=number(SHORTEST_FRAME),
+        default=seconds,
+        metavar="S",
+        help=f"time from the first drawing to the last (default: {seconds:g})",
+    )
+    group.add_argument("--hold", type=number(0), default=0.5, metavar="S", help="time at either end (default: 0.5)")
+    group.add_argument("--one-way", action="store_true", help="start again at the end instead of going back")
+    group.add_argument("--scale", type=number(0.01), default=1.0, metavar="X", help="size of PNG and GIF (default: 1)")
+
+
+def check_output(output: Path, inputs: Sequence[Path]) -> None:
+    """Refuse an output that could not be written, whose format is not known, or that would replace an input."""
+    for path in inputs:
+        if output.exists() and path.exists() and output.samefile(path):
+            raise BadInputError(f"{output}: is an input and would be overwritten")
+    suffix = output.suffix.lower()
+    if output.is_dir() or not suffix:
+        if output.exists() and not output.is_dir():
+            raise BadInputError(f"{output}: is a file, wanted a folder for the SVGs, or a name that ends in .svg ...")
+    elif suffix not in (".svg", ".gif", ".png"):
+        raise BadInputError(f"{output}: the format {suffix} is not known; wanted {FORMATS}")
+    folder = output if output.is_dir() else output.parent
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise BadInputError(f"{output}: cannot write into {folder}: {error.strerror or error}") from error
+
+
+def write_drawings(output: Path, drawings: Sequence[livecl.Drawing], arguments: argparse.Namespace) -> None:
+    """Write drawings of one structure in the format that the output's name says."""
+    suffix = "" if output.is_dir() else output.suffix.lower()
+    steps = max(1, len(drawings) - 1)
+    if suffix == ".svg":
+        save_animated_svg(
+            output, drawings, seconds=arguments.seconds, hold=arguments.hold, bounce=not arguments.one_way
+        )
+    elif suffix == ".gif":
+        save_gif(
+            output,
+            drawings,
+            seconds_per_frame=max(SHORTEST_FRAME, arguments.seconds / steps),
+            hold=arguments.hold,
+            bounce=not arguments.one_way,
+            scale=arguments.scale,
+            device=arguments.device,
+        )
+    elif suffix == ".png":
+        save_image(output, side_by_side(list(render_frames(drawings, arguments.scale, arguments.device))))
+    else:
+        output.mkdir(exist_ok=True)
+        digits = max(2, len(str(len(drawings))))
+        for index, drawing in enumerate(drawings, 1):
+            drawing.save_svg(output / f"frame-{index:0{digits}}.svg")
+
+
+def side_by_side(pictures: Sequence[np.ndarray]) -> np.ndarray:
+    """Return pictures (H, W, 3) in a row, with a grey line between each and the next."""
+    line = np.full((pictures[0].shape[0], GAP, 3), GAP_LEVEL, np.float32)
+    return np.concatenate([part for picture in pictures for part in (line, picture)][1:], axis=1)

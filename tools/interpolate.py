@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Interpolate between two drawings: SVGs, or pictures that are vectorized first.
+
+Control points and colours of the layers that belong together are interpolated linearly. B is scaled to the canvas of A
+where they differ.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import get_args
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+import numpy as np
+from animations.inputs import BadInputError, Parser, add_method_arguments, check_device, read_drawing, run, say, whole
+from animations.outputs import add_output_arguments, check_output, write_drawings
+
+import livecl
+from livecl.interpolation import Lone, fit_canvas
+from livecl.matching import Match
+
+EPILOG = """\
+examples:
+  interpolate.py a.svg b.svg --frames 9 -o strip.png
+  interpolate.py examples/face.png examples/portrait.png --match nearest -o face.svg
+
+exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted.
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    return run(work, argv)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    parser = Parser(
+        description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
+    )
+    parser.add_argument("a", type=Path, metavar="A", help="where it begins: an SVG, or a picture")
+    parser.add_argument("b", type=Path, metavar="B", help="where it ends")
+    parser.add_argument("--frames", type=whole(2), default=9, metavar="N", help="drawings, both ends too (default: 9)")
+    parser.add_argument(
+        "--match",
+        choices=get_args(Match),
+        default="order",
+        help="which layers belong together: those of the same place in paint order (default), or those that are alike",
+    )
+    parser.add_argument(
+        "--lone",
+        choices=get_args(Lone),
+        default="fade",
+        help="how a layer without a partner comes and goes: by its opacity (default), or by its size",
+    )
+    add_output_arguments(parser, seconds=2.0)
+    add_method_arguments(parser)
+    return parser
+
+
+def work(argv: Sequence[str] | None) -> None:
+    """Read, interpolate, write."""
+    arguments = build_parser().parse_args(argv)
+    check_output(arguments.output, [arguments.a, arguments.b])
+    check_device(arguments)
+    a, b = (read_drawing(path, arguments) for path in (arguments.a, arguments.b))
+    if b.size != a.size:
+        b = fit_canvas(b, a.size)
+    try:
+        places = np.linspace(0, 1, arguments.frames).tolist()
+        drawings = livecl.interpolate(a, b, places, match=arguments.match, lone=arguments.lone)
+    except ValueError as error:
+        raise BadInputError(str(error)) from error
+    write_drawings(arguments.output, drawings, arguments)
+    say(f"{arguments.output}: {len(drawings)} drawings of {drawings[0].num_layers} layers", arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
