@@ -19,6 +19,10 @@ from livecl.files import write_atomically
 RATE_FACTOR = 18
 #: Longest time, s, that a film may stand still at its end.
 MAX_HOLD = 3600
+#: How RGB becomes luma and chroma, and that the file says so: players guess by the size otherwise, and differ.
+_COLORS = ["-vf", "scale=out_color_matrix=bt709:out_range=tv", "-colorspace", "bt709", "-color_range", "tv"]
+#: Without the encoder's version, so that the same pictures give the same bytes.
+_SAME_BYTES = ["-fflags", "+bitexact", "-flags:v", "+bitexact"]
 
 
 def save_mp4(
@@ -72,8 +76,7 @@ def save_mp4(
             quality=None,
             macro_block_size=2,
             ffmpeg_log_level="error",
-            # Bit-exact: without the encoder's version, so that the same pictures give the same bytes.
-            output_params=["-crf", str(RATE_FACTOR), "-fflags", "+bitexact", "-flags:v", "+bitexact"],
+            output_params=[*_COLORS, "-crf", str(RATE_FACTOR), *_SAME_BYTES],
         )
         try:
             writer.send(None)
