@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from livecl.drawing import Drawing
 from livecl.files import write_atomically
-from livecl.film import MAX_HOLD, save_mp4
+from livecl.film import save_mp4
 from livecl.frames import encode_gif, render_frames
 from livecl.result import Result
 from livecl.scaling import scaled
@@ -20,8 +20,8 @@ from livecl.vectorizer import LEAST_IMPROVEMENT, Step
 
 #: Longer side, px, that smaller drawings are enlarged to in a film, by a whole factor.
 LEAST_SIDE = 240
-#: Most pictures a second of a GIF: it counts in hundredths of a second, and browsers slow down what is under two.
-MAX_GIF_RATE = 50
+#: A GIF's pictures are shown for hundredths of a second, of which browsers want two; and 16 bits count them.
+MAX_GIF_RATE, MAX_GIF_HOLD = 50, 600
 
 
 @dataclasses.dataclass(frozen=True)
@@ -121,7 +121,7 @@ class Course:
         fps : float
             Drawings a second, 50 at most.
         hold : float
-            Time, s, that the last drawing stays.
+            Time, s, that the last drawing stays beyond its own; 600 at most.
         scale : float, optional
             Pixels of the film for each px of the canvas; where not given, 1, or the whole number that brings a smaller
             drawing's longer side near 240.
@@ -138,8 +138,8 @@ class Course:
         drawings = self.drawings(step=step, result=result)
         if not 0 < fps <= MAX_GIF_RATE:
             raise ValueError(f"fps: got {fps!r}, wanted more than 0 and at most {MAX_GIF_RATE} pictures a second")
-        if not 0 <= hold <= MAX_HOLD:
-            raise ValueError(f"hold: got {hold!r}, wanted 0 to {MAX_HOLD} seconds")
+        if not 0 <= hold <= MAX_GIF_HOLD:
+            raise ValueError(f"hold: got {hold!r}, wanted 0 to {MAX_GIF_HOLD} seconds")
         pictures = list(_rendered(drawings, scale, device, progress))
         durations = [1 / fps] * len(pictures)
         durations[-1] += hold
@@ -162,7 +162,7 @@ class Course:
         Parameters
         ----------
         path, result, step, fps, hold, scale, device, progress
-            As for :meth:`save_gif`, with 1000 drawings a second at most.
+            As for :meth:`save_gif`, with `fps` up to 1000 and `hold` up to 3600.
 
         Raises
         ------

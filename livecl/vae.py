@@ -82,12 +82,11 @@ class Vae:
     parameters: FloatArray = dataclasses.field(repr=False)
 
     def __post_init__(self) -> None:
-        for name, values in (("size", self.size), ("hidden", self.hidden), ("num_latents", (self.num_latents,))):
-            if not all(value >= 1 for value in values):
-                raise ValueError(f"{name}: got {getattr(self, name)}, wanted numbers of at least 1")
         wanted = sum((given + 1) * units for given, units in self._shapes)
         if self.parameters.shape != (wanted,):
             raise ValueError(f"parameters: shape {self.parameters.shape}, wanted {(wanted,)}")
+        if not np.isfinite(self.parameters).all():
+            raise ValueError("parameters: some are not finite")
 
     @classmethod
     def start(cls, size: tuple[int, int], hidden: tuple[int, ...], num_latents: int, rng: np.random.Generator) -> Vae:
@@ -178,6 +177,8 @@ class Vae:
             If the file is not one.
         """
         try:
+            if not zipfile.is_zipfile(path):
+                raise ValueError("it is no whole .npz file, or not there")
             with np.load(path, allow_pickle=False) as file:
                 arrays = dict(file)
             if int(arrays["format"]) != _FORMAT:
@@ -186,7 +187,7 @@ class Vae:
             hidden = tuple(map(int, arrays["hidden"]))
             parameters = np.asarray(arrays["parameters"], np.float64)
             return cls((height, width), hidden, int(arrays["num_latents"]), parameters)
-        except (OSError, LookupError, TypeError, ValueError, AttributeError, EOFError, zipfile.BadZipFile) as error:
+        except Exception as error:  # damaged archives end in exceptions of every kind
             raise LiveclError(f"{os.fspath(path)!r} is not a saved VAE: {error}") from error
 
     def _pixels(self, images: ArrayLike) -> FloatArray:
@@ -260,6 +261,9 @@ def latent_grid(model: Vae, corners: ArrayLike, rows: int, columns: int) -> Floa
 
 def _shapes(size: tuple[int, int], hidden: tuple[int, ...], num_latents: int) -> list[tuple[int, int]]:
     """Return inputs and outputs of each layer; the encoder's last gives mean and log variance."""
+    for name, values in (("size", size), ("hidden", hidden), ("num_latents", (num_latents,))):
+        if not all(value >= 1 for value in values):
+            raise ValueError(f"{name}: got {', '.join(map(str, values))}, wanted numbers of at least 1")
     pixels = size[0] * size[1]
     encoder = pairwise((pixels, *hidden, 2 * num_latents))
     decoder = pairwise((num_latents, *reversed(hidden), pixels))

@@ -180,6 +180,8 @@ def test_without_ffmpeg(run: tuple[Course, Result], tmp_path: Path, monkeypatch:
         ({"fps": 0}, "fps: got 0"),
         ({"fps": 51}, "fps: got 51, wanted more than 0 and at most 50"),
         ({"hold": -1}, "hold: got -1"),
+        ({"hold": 601}, "hold: got 601"),
+        ({"scale": 0}, "scale: got 0"),
         ({"hold": float("nan")}, "hold: got nan"),
         ({"step": 0}, "step: got 0"),
         ({"scale": -1.0}, "scale: got -1"),

@@ -22,6 +22,7 @@ from livecl.background import target_over
 from livecl.drawing import empty_drawing
 from livecl.metrics import mse
 from livecl.report import format_report, write_report
+from livecl.report_markup import number, psnr
 from livecl.report_measures import differences, layer_facts, page_size
 from livecl.report_plot import error_plot
 from livecl.result import Stage
@@ -75,6 +76,9 @@ def test_facts_of_layers(background: Any) -> None:
         without = result.drawing.layer_subset(np.delete(np.arange(3), layer))
         # Float32 renders: each pixel's error has an absolute error of about eps, the mean's is no larger.
         assert fact.removed == pytest.approx(mse(rasterizer.forward(without), target) - whole, abs=1e-6)
+    # What is seen of all layers is what they cover together: the alpha of the drawing without a background.
+    covered = rasterizer.forward(result.drawing.replace(background=None))[..., 3].sum()
+    assert sum(fact.area for fact in facts) == pytest.approx(covered, rel=1e-5)
     paths = re.findall(r"<path .*/>", result.svg)
     assert [fact.num_bytes for fact in facts] == [len(path) for path in paths]
 
@@ -222,3 +226,9 @@ def test_plot_stays_in_its_frame(errors: tuple[float, ...]) -> None:
     ticks = re.findall(r'text-anchor="end">(.*?)<', plot)
     assert len(ticks) >= 2
     assert html.unescape(plot).count("<svg") == 1
+
+
+def test_figures() -> None:
+    assert [number(value, 3) for value in (1.0, -0.0001, 100.0, 2.34567)] == ["1", "0", "100", "2.346"]
+    assert number(100.0, 0) == "100"
+    assert (psnr(0.01), psnr(0.0)) == ("20.0", "∞")
