@@ -160,13 +160,13 @@ def write_plot(file: Path, finished: Finished) -> None:
 def write_gif(file: Path, finished: Finished) -> None:
     """Write the learning course as a GIF."""
     assert finished.course is not None
-    finished.course.save_gif(file)
+    finished.course.save_gif(file, result=finished.result)
 
 
 def write_mp4(file: Path, finished: Finished) -> None:
     """Write the learning course as a film."""
     assert finished.course is not None
-    finished.course.save_mp4(file)
+    finished.course.save_mp4(file, result=finished.result)
 
 
 #: What can be written beside the SVG, in the order in which it is.

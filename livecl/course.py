@@ -5,22 +5,23 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable, Iterable, Iterator
-from typing import TypeVar
+from collections.abc import Callable, Iterator, Sequence
 
-from livecl.animation import save_gif
+import numpy as np
+from numpy.typing import NDArray
+
 from livecl.drawing import Drawing
+from livecl.files import write_atomically
 from livecl.film import save_mp4
-from livecl.frames import render_frames
+from livecl.frames import encode_gif, render_frames
 from livecl.result import Result
+from livecl.scaling import scaled
 from livecl.vectorizer import LEAST_IMPROVEMENT, Step
 
 #: Longer side, px, that smaller drawings are enlarged to in a film, by a whole factor.
 LEAST_SIDE = 240
 #: A GIF's pictures are shown for hundredths of a second, of which browsers want two; and 16 bits count them.
-MOST_GIF_FPS, LONGEST_GIF_HOLD = 50, 600
-
-Item = TypeVar("Item")
+MAX_GIF_RATE, MAX_GIF_HOLD = 50, 600
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,6 +79,8 @@ class Course:
     def drawings(self, *, step: int = 1, result: Result | None = None) -> list[Drawing]:
         """Return each `step`-th drawing, and the last one: that of the result, where it is given.
 
+        All are on the canvas that was worked on, which may be smaller than the result's.
+
         Raises
         ------
         ValueError
@@ -87,7 +90,7 @@ class Course:
             raise ValueError(f"step: got {step!r}, wanted a whole number of at least 1")
         kept = [frame.drawing for frame in self._frames]
         if result is not None:
-            kept.append(result.drawing)
+            kept.append(scaled(result.drawing, kept[0].size) if kept else result.drawing)
         if not kept:
             raise ValueError("course: it is empty; pass it to livecl.vectorize as on_step")
         chosen = kept[::step]
@@ -103,6 +106,7 @@ class Course:
         hold: float = 2.0,
         scale: float | None = None,
         device: int | str | None = None,
+        progress: Callable[[int, int], None] | None = None,
     ) -> None:
         """Write the course as a GIF that starts anew when it is over, replacing an existing file atomically.
 
@@ -123,6 +127,8 @@ class Course:
             drawing's longer side near 240.
         device : int, str or None
             OpenCL device that renders.
+        progress : callable, optional
+            Called with the number of pictures done and that of all.
 
         Raises
         ------
@@ -130,10 +136,14 @@ class Course:
             If nothing has been kept, or a number is out of range.
         """
         drawings = self.drawings(step=step, result=result)
-        _check_gif_times(fps, hold)
-        # Equal pictures in a row become one that is shown longer.
-        drawings += [drawings[-1]] * round(hold * fps)
-        save_gif(path, drawings, seconds_per_frame=1 / fps, scale=_scale_for(drawings[0], scale), device=device)
+        if not 0 < fps <= MAX_GIF_RATE:
+            raise ValueError(f"fps: got {fps!r}, wanted more than 0 and at most {MAX_GIF_RATE} pictures a second")
+        if not 0 <= hold <= MAX_GIF_HOLD:
+            raise ValueError(f"hold: got {hold!r}, wanted 0 to {MAX_GIF_HOLD} seconds")
+        pictures = list(_rendered(drawings, scale, device, progress))
+        durations = [1 / fps] * len(pictures)
+        durations[-1] += hold
+        write_atomically(path, encode_gif(pictures, durations))
 
     def save_mp4(
         self,
@@ -151,10 +161,8 @@ class Course:
 
         Parameters
         ----------
-        path, result, step, fps, hold, scale, device
+        path, result, step, fps, hold, scale, device, progress
             As for :meth:`save_gif`, with `fps` up to 1000 and `hold` up to 3600.
-        progress : callable, optional
-            Called with the number of pictures done and that of all.
 
         Raises
         ------
@@ -164,8 +172,7 @@ class Course:
             If ffmpeg is not there, which comes with the extra ``video``, or fails.
         """
         drawings = self.drawings(step=step, result=result)
-        pictures = render_frames(drawings, _scale_for(drawings[0], scale), device)
-        save_mp4(path, _reporting(pictures, len(drawings), progress), fps=fps, hold=hold)
+        save_mp4(path, _rendered(drawings, scale, device, progress), fps=fps, hold=hold)
 
     def _close(self, error: float, revision: bool) -> None:
         """End a stage; a revision belongs to the course if the run keeps it."""
@@ -175,19 +182,16 @@ class Course:
         self._attempt = []
 
 
-def _scale_for(drawing: Drawing, wanted: float | None) -> float:
-    return float(max(1, LEAST_SIDE // max(drawing.size))) if wanted is None else wanted
-
-
-def _check_gif_times(fps: float, hold: float) -> None:
-    if not 0 < fps <= MOST_GIF_FPS:
-        raise ValueError(f"fps: got {fps!r}, wanted more than 0 and at most {MOST_GIF_FPS} pictures a second")
-    if not 0 <= hold <= LONGEST_GIF_HOLD:
-        raise ValueError(f"hold: got {hold!r}, wanted 0 to {LONGEST_GIF_HOLD} seconds")
-
-
-def _reporting(items: Iterable[Item], count: int, progress: Callable[[int, int], None] | None) -> Iterator[Item]:
-    for done, item in enumerate(items, start=1):
-        yield item
+def _rendered(
+    drawings: Sequence[Drawing],
+    scale: float | None,
+    device: int | str | None,
+    progress: Callable[[int, int], None] | None,
+) -> Iterator[NDArray[np.float32]]:
+    """Render drawings, over white, and report after each."""
+    if scale is None:
+        scale = max(1, LEAST_SIDE // max(drawings[0].size))
+    for done, picture in enumerate(render_frames(drawings, scale, device), start=1):
+        yield picture
         if progress is not None:
-            progress(done, count)
+            progress(done, len(drawings))

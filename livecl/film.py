@@ -17,6 +17,12 @@ from livecl.files import write_atomically
 
 #: x264's constant rate factor: 18 and less is taken for visually lossless.
 RATE_FACTOR = 18
+#: Longest time, s, that a film may stand still at its end.
+MAX_HOLD = 3600
+#: How RGB becomes luma and chroma, and that the file says so: players guess by the size otherwise, and differ.
+_COLORS = ["-vf", "scale=out_color_matrix=bt709:out_range=tv", "-colorspace", "bt709", "-color_range", "tv"]
+#: Without the encoder's version, so that the same pictures give the same bytes.
+_SAME_BYTES = ["-fflags", "+bitexact", "-flags:v", "+bitexact"]
 
 
 def save_mp4(
@@ -53,8 +59,8 @@ def save_mp4(
         raise LiveclError("an MP4 film needs ffmpeg: pip install 'livecl[video]'") from error
     if not 0 < fps <= 1000:
         raise ValueError(f"fps: got {fps!r}, wanted more than 0 and at most 1000 pictures a second")
-    if not 0 <= hold <= 3600:
-        raise ValueError(f"hold: got {hold!r}, wanted 0 to 3600 seconds")
+    if not 0 <= hold <= MAX_HOLD:
+        raise ValueError(f"hold: got {hold!r}, wanted 0 to {MAX_HOLD} seconds")
     frames = map(_even_bytes, pictures)
     first = next(frames, None)
     if first is None:
@@ -70,8 +76,7 @@ def save_mp4(
             quality=None,
             macro_block_size=2,
             ffmpeg_log_level="error",
-            # Bit-exact: without the encoder's version, so that the same pictures give the same bytes.
-            output_params=["-crf", str(RATE_FACTOR), "-fflags", "+bitexact", "-flags:v", "+bitexact"],
+            output_params=[*_COLORS, "-crf", str(RATE_FACTOR), *_SAME_BYTES],
         )
         try:
             writer.send(None)

@@ -7,7 +7,6 @@ import io
 import math
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,9 +18,6 @@ from livecl.files import write_atomically
 from livecl.image import as_image, premultiplied, save_image
 from livecl.result import Result
 from livecl.scaling import scaled
-
-if TYPE_CHECKING:
-    from livecl.rasterizer import Rasterizer
 
 #: Longest side of a picture in a sheet, px, unless told otherwise, and the most of them in a row.
 CELL, MAX_COLUMNS = 240, 7
@@ -38,7 +34,7 @@ def stage_sheet(
     *,
     cell: int = CELL,
     columns: int | None = None,
-    rasterizer: Rasterizer | None = None,
+    device: int | str | None = None,
 ) -> FloatArray:
     """Show the target and the drawing after each stage side by side, as the paper's first figure does.
 
@@ -52,8 +48,8 @@ def stage_sheet(
         Longest side of each picture, px; drawings are rendered at that size.
     columns : int, optional
         Pictures in a row; where not given, the rows are about equally long, of at most 7.
-    rasterizer : Rasterizer, optional
-        One of a picture's size in the sheet; made where not given.
+    device : int, str or None
+        OpenCL device that renders.
 
     Returns
     -------
@@ -65,15 +61,17 @@ def stage_sheet(
     ValueError
         If an argument is not usable; the message names it.
     """
+    from livecl.rasterizer import Rasterizer
+
     pixels = checked_target(image, result.drawing)
     for name, value in (("cell", cell), ("columns", columns)):
         if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
             raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least 1")
     size = fitted_size(result.drawing.size, cell)
-    renderer = _rasterizer(size, rasterizer)
+    rasterizer = Rasterizer(size, device)
     cells = [(_fitted_target(pixels, size), "target", "")]
     for stage in result.stages:
-        shown = over_checkerboard(renderer.forward(scaled(stage.drawing, size)))
+        shown = over_checkerboard(rasterizer.forward(scaled(stage.drawing, size)))
         cells.append((shown, count_of(stage.paths, "path"), f"MSE {stage.mse:.3g}"))
     columns = columns or math.ceil(len(cells) / math.ceil(len(cells) / MAX_COLUMNS))
     return _laid_out(cells, size, columns)
@@ -86,10 +84,10 @@ def save_sheet(
     *,
     cell: int = CELL,
     columns: int | None = None,
-    rasterizer: Rasterizer | None = None,
+    device: int | str | None = None,
 ) -> None:
     """Write what :func:`stage_sheet` shows as a PNG file, replacing an existing one atomically."""
-    save_image(path, stage_sheet(image, result, cell=cell, columns=columns, rasterizer=rasterizer))
+    save_image(path, stage_sheet(image, result, cell=cell, columns=columns, device=device))
 
 
 def save_plot(path: str | os.PathLike[str], result: Result) -> None:
@@ -181,16 +179,6 @@ def checked_target(image: ArrayLike, drawing: Drawing) -> FloatArray:
     if pixels.shape[:2] != drawing.size:
         raise ValueError(f"image: {pixels.shape[:2]} pixels, wanted the drawing's {drawing.size}")
     return pixels
-
-
-def _rasterizer(size: tuple[int, int], rasterizer: Rasterizer | None) -> Rasterizer:
-    from livecl.rasterizer import Rasterizer
-
-    if rasterizer is None:
-        return Rasterizer(size)
-    if rasterizer.size != size:
-        raise ValueError(f"rasterizer: size {rasterizer.size}, wanted {size}")
-    return rasterizer
 
 
 def _fitted_target(pixels: FloatArray, size: tuple[int, int]) -> FloatArray:

@@ -9,7 +9,6 @@ import os
 import string
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
@@ -22,9 +21,6 @@ from livecl.report_sections import layer_section, run_section, stage_section
 from livecl.result import Result
 from livecl.scaling import reduced, scaled
 
-if TYPE_CHECKING:
-    from livecl.rasterizer import Rasterizer
-
 #: Longer side, px, below which a picture is shown in squares.
 TINY = 100
 
@@ -36,10 +32,10 @@ def write_report(
     *,
     command: str | Sequence[str] | None = None,
     name: str | None = None,
-    rasterizer: Rasterizer | None = None,
+    device: int | str | None = None,
 ) -> None:
     """Write what :func:`format_report` returns, replacing an existing file atomically; arguments as there."""
-    write_atomically(path, format_report(image, result, command=command, name=name, rasterizer=rasterizer))
+    write_atomically(path, format_report(image, result, command=command, name=name, device=device))
 
 
 def format_report(
@@ -48,7 +44,7 @@ def format_report(
     *,
     command: str | Sequence[str] | None = None,
     name: str | None = None,
-    rasterizer: Rasterizer | None = None,
+    device: int | str | None = None,
 ) -> str:
     """Return a page that shows a result: target, drawing and difference, its layers and stages, and how it was made.
 
@@ -66,8 +62,8 @@ def format_report(
         The command that repeats it, as a line, or as its arguments, which are quoted.
     name : str, optional
         What the picture is called.
-    rasterizer : Rasterizer, optional
-        One of the size of the picture, or of the reduced one; made where not given.
+    device : int, str or None
+        OpenCL device that renders.
 
     Returns
     -------
@@ -79,15 +75,17 @@ def format_report(
     ValueError
         If the picture is not of the drawing's size.
     """
+    from livecl.rasterizer import Rasterizer
+
     pixels = checked_target(image, result.drawing)
     size = page_size(result.drawing)
     shown = reduced(pixels, size)
-    renderer = _rasterizer_of(size, rasterizer)
+    rasterizer = Rasterizer(size, device)
     ground = WHITE if result.options.background == TRAIN else result.drawing.background
     target = target_over(shown, ground)
-    facts = layer_facts(result.drawing, result.svg, target, renderer)
+    facts = layer_facts(result.drawing, result.svg, target, rasterizer)
     drawings = [stage.drawing for stage in result.stages] or [result.drawing]
-    pictures, gain = differences([renderer.forward(scaled(drawing, size)) - target for drawing in drawings])
+    pictures, gain = differences([rasterizer.forward(scaled(drawing, size)) - target for drawing in drawings])
     title = name or "Vectorized picture"
     classes = {"tiny": max(size) < TINY, "clear": result.drawing.background is None, "wide": size[1] > 2 * size[0]}
     height, width = result.drawing.size
@@ -114,12 +112,6 @@ def format_report(
         stages=stage_section(result, pictures),
         run=run_section(result, command, size),
     )
-
-
-def _rasterizer_of(size: tuple[int, int], rasterizer: Rasterizer | None) -> Rasterizer:
-    from livecl.rasterizer import Rasterizer
-
-    return rasterizer if rasterizer is not None and rasterizer.size == size else Rasterizer(size)
 
 
 def _img(address: str, alt: str, size: tuple[int, int], attributes: str = "") -> str:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from livecl.drawing import Drawing
+from livecl.naming import layer_labels
 from livecl.pictures import count_of
 from livecl.result import Stage
 
@@ -56,16 +57,17 @@ def hex_color(rgb: NDArray[np.float64]) -> str:
 def drawing_svg(drawing: Drawing, precision: int, attributes: str = "", *, facts: bool = False) -> str:
     """Return a drawing as an ``<svg>`` element without ids; its paths are ``M``, ``C`` and ``Z`` in absolute numbers.
 
-    With `facts`, each path says in ``data-facts`` which layer it is and how it is filled.
+    With `facts`, each path says in ``data-facts`` what its layer is called and how it is filled.
     """
     height, width = drawing.size
     ground = ""
     if drawing.background is not None:
         ground = f'<rect class="ground" width="{width}" height="{height}" fill="{hex_color(drawing.background)}"/>'
     paths = []
-    for layer, rgba in enumerate(drawing.colors):
+    labels = layer_labels(drawing) if facts else ("",) * drawing.num_layers
+    for layer, (label, rgba) in enumerate(zip(labels, drawing.colors, strict=True)):
         opacity = f' fill-opacity="{number(rgba[3], 5)}"' if rgba[3] < 1 else ""
-        said = f' data-facts="{text(f"Layer {layer} · {fill_of(rgba)}")}"' if facts else ""
+        said = f' data-facts="{text(f"{label} · {fill_of(rgba)}")}"' if facts else ""
         paths.append(f'<path fill="{hex_color(rgba)}"{opacity}{said} d="{_path_data(drawing, layer, precision)}"/>')
     return (
         f'<svg viewBox="0 0 {width} {height}" {attributes}>{ground}'

@@ -12,7 +12,7 @@ from livecl.report_markup import number, text
 from livecl.result import Stage
 
 #: Size of the plot, px, and its margins: left, right, top, bottom.
-_PLOT, _MARGINS = (544, 260), (56, 14, 12, 40)
+_PLOT, _MARGINS = (544, 270), (56, 14, 24, 40)
 
 
 def error_plot(stages: Sequence[Stage]) -> str:
@@ -36,7 +36,8 @@ def error_plot(stages: Sequence[Stage]) -> str:
         share = (scale(error) - scale(low)) / span if span else 0.5
         return number(_PLOT[1] - bottom - share * (_PLOT[1] - top - bottom), 1)
 
-    grid, floor = [], _PLOT[1] - bottom
+    floor = _PLOT[1] - bottom
+    grid = ['<text x="4" y="10">mean squared error</text>']
     for tick in ticks:
         grid.append(f'<path class="grid" d="M{left} {y_of(tick)}H{_PLOT[0] - right}"/>')
         grid.append(f'<text x="{left - 8}" y="{y_of(tick)}" dy=".35em" text-anchor="end">{tick:.3g}</text>')

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from livecl import __version__
 from livecl import report_markup as markup
 from livecl.drawing import Drawing
+from livecl.naming import layer_labels
 from livecl.options import Options
 from livecl.report_measures import LayerFacts
 from livecl.report_plot import error_plot
@@ -25,24 +26,24 @@ def layer_section(drawing: Drawing, facts: Sequence[LayerFacts]) -> str:
     if not facts:
         return "<p>The drawing has no layers.</p>"
     rows = []
-    for layer, (rgba, fact) in enumerate(zip(drawing.colors, facts, strict=True)):
-        fill, stage = markup.fill_of(rgba), int(drawing.stages[layer]) + 1
+    for label, rgba, stage, fact in zip(layer_labels(drawing), drawing.colors, drawing.stages, facts, strict=True):
+        fill = markup.fill_of(rgba)
         area, share = f"{fact.area:.0f}", f"{100 * fact.area_share:.1f} %"
         said = (
-            f"Layer {layer} · {fill} · visible {area} px, {share} · "
+            f"{label} · {fill} · visible {area} px, {share} · "
             f"removes an error of {fact.removed:.3g} · {fact.num_bytes} bytes"
         )
         cells = [
-            f'<button type="button">{layer}</button>',
-            f"{markup.swatch(rgba)} {markup.text(fill)}",
+            f'{markup.swatch(rgba)} <button type="button">{markup.text(label)}</button>',
+            markup.text(fill),
             area,
             share,
             f"{fact.removed:.3g}",
             str(fact.num_bytes),
-            str(stage),
+            str(stage + 1),
         ]
         rows.append((f' data-facts="{markup.text(said)}"', cells))
-    head = ("Layer", "Colour", "Visible, px", "Visible", "Error removed", "Bytes", "Stage")
+    head = ("Layer", "Fill", "Visible, px", "Visible", "Error removed", "Bytes", "Stage")
     listed = markup.table(head, rows, 'id="layers"')
     return f'<div class="scroll">{listed}</div>'
 
@@ -53,17 +54,17 @@ def stage_section(result: Result, differences: Sequence[str]) -> str:
         return "<p>There were no stages.</p>"
     strip = markup.stage_strip(result.stages, differences)
     course = markup.stage_table(result.stages)
-    return f'{strip}\n{error_plot(result.stages)}\n<div class="scroll">{course}</div>'
+    return f'<div>{strip}\n<div class="scroll">{course}</div></div>\n{error_plot(result.stages)}'
 
 
 def run_section(result: Result, command: str | Sequence[str] | None, size: tuple[int, int]) -> str:
     """Return how the run was made, and how to repeat it."""
-    height, width = size
     packages = {package: importlib.metadata.version(package) for package in _PACKAGES}
     facts = {
         "Device": result.device,
         "Time": f"{result.seconds:.2f} s, and {result.compile_seconds:.2f} s to make the kernels ready",
-        "Layers are measured at": f"{width} × {height} px",
+        "Worked on": _pixels(result.working_size or result.drawing.size),
+        "Layers are measured on": _pixels(size),
         "Versions": f"livecl {__version__}, Python {platform.python_version()}, "
         + ", ".join(f"{package} {version}" for package, version in packages.items()),
     }
@@ -80,3 +81,7 @@ def run_section(result: Result, command: str | Sequence[str] | None, size: tuple
     parts.append(markup.facts_table(changed) if changed else "<p>None.</p>")
     parts.append(f"<details><summary>All options</summary>{markup.facts_table(options)}</details>")
     return "\n".join(parts)
+
+
+def _pixels(size: tuple[int, int]) -> str:
+    return f"{size[1]} × {size[0]} px"

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from livecl.image import read_image
 
-_FLAGS = [
+#: How it is started: without a window, and without anything from the network.
+FLAGS = [
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--hide-scrollbars"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
     "--force-device-scale-factor=1",
@@ -42,7 +43,7 @@ def screenshot(
         picture = Path(folder) / "picture.png"
         command = [
             chromium,
-            *_FLAGS,
+            *FLAGS,
             f"--user-data-dir={folder}/profile",
             f"--default-background-color={background}",
             f"--screenshot={picture}",

@@ -19,6 +19,7 @@ from livecl.crossings import flatten
 from livecl.drawing import Drawing
 from livecl.files import write_atomically
 from livecl.image import over_background, read_image
+from livecl.pictures import count_of, fitted, fitted_size
 from livecl.svg import read_svg
 
 #: Longest side of a picture, px; pictures of a sheet; stages shown before the final one.
@@ -87,9 +88,9 @@ def _strip(row: Row, output: Path, picture: Path) -> Image.Image:
     cells = [("target", _shown(over_background(read_image(picture), (1, 1, 1))))]
     for stage in range(max(1, last - EARLIER), last):
         file = final.with_name(re.sub(r"\d+", str(stage), final.name))
-        cells.append((_paths(row["stages"][stage - 1]), _shown(resvg_picture(file.read_bytes()))))
+        cells.append((count_of(row["stages"][stage - 1], "path"), _shown(resvg_picture(file.read_bytes()))))
     whole = _shown(resvg_picture(final.read_bytes()))
-    cells.append((f"final, {_paths(row['paths'])}", whole))
+    cells.append((f"final, {count_of(row['paths'], 'path')}", whole))
     cells.append(("outlines", outlines(read_svg(final), whole)))
     title = (
         f"{row['picture']}   MSE {row['mse']:.2e}   SSIM {row['ssim']:.3f}   {row['seconds']:.1f} s   "
@@ -112,14 +113,7 @@ def _strip(row: Row, output: Path, picture: Path) -> Image.Image:
 
 def _shown(image: Any) -> Image.Image:
     """Return an image (H, W, 3) in [0, 1] at the size of a cell."""
-    picture = Image.fromarray(np.rint(np.clip(image, 0, 1) * 255).astype(np.uint8))
-    scale = CELL / max(picture.size)
-    size = max(1, round(picture.width * scale)), max(1, round(picture.height * scale))
-    return picture.resize(size, Image.Resampling.LANCZOS if scale < 1 else Image.Resampling.NEAREST)
-
-
-def _paths(count: int) -> str:
-    return f"{count} path{'' if count == 1 else 's'}"
+    return fitted(image, fitted_size(np.shape(image)[:2], CELL))
 
 
 def _stacked(strips: Sequence[Image.Image]) -> Image.Image:
