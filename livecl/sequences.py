@@ -51,7 +51,7 @@ def vectorize_sequence(
     schedule: str | Sequence[int] | None = None,
     options: Options | None = None,
     refine_iterations: int | None = None,
-    add_paths: int = 0,
+    add_paths: int = 1,
     device: int | str | None = None,
     seed: int = 0,
     start: Drawing | None = None,
