@@ -18,8 +18,10 @@ from livecl.options import Options
 from livecl.result import Result
 from livecl.vectorizer import Picture, vectorize
 
-#: Error, in those of the first picture, from which on paths may be added.
-POOR = 2.0
+#: Error from which on paths may be added: so many of the first picture's, and so much above it.
+POOR_RATIO, POOR_RISE = 2.0, 1e-4
+#: Share of the error that may be left for added paths to stay.
+GOOD_RATIO = 0.5
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,8 +74,8 @@ def vectorize_sequence(
     refine_iterations : int, optional
         Iterations for each picture but the first; `options.iterations` where not given.
     add_paths : int
-        Paths that may be added for each picture whose error, after refinement, is twice that of the first or more; they
-        stay if they lower it.
+        Paths that may be added for each picture whose error, after refinement, is twice that of the first or more, and
+        by at least 1e-4 larger; they stay if they halve it.
     start : Drawing, optional
         Drawing that the first picture starts from.
     on_frame : callable, optional
@@ -104,7 +106,8 @@ def vectorize_sequence(
             if before.background is None:
                 refining = dataclasses.replace(refining, background=NONE)
             result = vectorize(target, options=refining, device=device, seed=seed, start=before)
-            if add_paths and result.mse >= POOR * results[0].mse:
+            first_mse = results[0].mse
+            if add_paths and result.mse >= max(POOR_RATIO * first_mse, first_mse + POOR_RISE):
                 result = _with_paths_added(result, target, str(add_paths), refining, options.prune, device, seed)
         else:
             result = vectorize(
@@ -141,11 +144,11 @@ def _with_paths_added(
     device: int | str | None,
     seed: int,
 ) -> Result:
-    """Go on with paths added, of which those worth less than `prune` are dropped; return the better result."""
+    """Add paths, of which those worth less than `prune` are dropped again; return the result, or the one before."""
     options = dataclasses.replace(options, prune=prune)
     added = vectorize(target, schedule=schedule, options=options, device=device, seed=seed, start=refined.drawing)
-    better = added if added.mse < refined.mse else refined
-    return dataclasses.replace(better, seconds=refined.seconds + added.seconds)
+    kept = added if added.mse <= GOOD_RATIO * refined.mse else refined
+    return dataclasses.replace(kept, seconds=refined.seconds + added.seconds)
 
 
 def _padded(drawings: Sequence[Drawing]) -> tuple[Drawing, ...]:
