@@ -11,6 +11,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from livecl.batch import vectorize_files
     from livecl.device import list_devices
     from livecl.drawing import Drawing
     from livecl.errors import DeviceError, ImageError, KernelBuildError, LiveclError, SvgError
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from livecl.interpolation import interpolate
     from livecl.options import Options
     from livecl.rasterizer import Gradients, Rasterizer, render
+    from livecl.recipe import Recipe
     from livecl.result import Result
     from livecl.sequences import SequenceResult, vectorize_sequence
     from livecl.state import State
@@ -35,6 +37,7 @@ __all__ = [
     "LiveclError",
     "Options",
     "Rasterizer",
+    "Recipe",
     "Result",
     "SequenceResult",
     "State",
@@ -45,10 +48,12 @@ __all__ = [
     "read_svg",
     "render",
     "vectorize",
+    "vectorize_files",
     "vectorize_sequence",
 ]
 
 _MODULES = {
+    "batch": ["vectorize_files"],
     "device": ["list_devices"],
     "drawing": ["Drawing"],
     "errors": ["DeviceError", "ImageError", "KernelBuildError", "LiveclError", "SvgError"],
@@ -56,6 +61,7 @@ _MODULES = {
     "interpolation": ["interpolate"],
     "options": ["Options"],
     "rasterizer": ["Gradients", "Rasterizer", "render"],
+    "recipe": ["Recipe"],
     "sequences": ["SequenceResult", "vectorize_sequence"],
     "state": ["State"],
     "svg": ["read_svg"],
