@@ -54,7 +54,8 @@ def interpolate(
     Returns
     -------
     Drawing, or list of Drawing
-        One for each `t`, all of the same structure (:meth:`Drawing.same_structure`). At 0 and 1 they look as `a` and
+        One for each `t`, all of the same structure (:meth:`Drawing.same_structure`); stages and names are those of `a`,
+        of `b` where `a` has none. At 0 and 1 they look as `a` and
         `b`, but may have more segments, and layers that are points or transparent.
 
     Raises
@@ -102,6 +103,7 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
         subpath_offsets=_offsets([len(subpath) for outline, _ in starts for subpath in outline]),
         layer_offsets=_offsets([len(outline) for outline, _ in starts]),
         stages=[b.stages[j] if i is None else a.stages[i] for i, j in pairs],
+        names=[(a.names[i] if i is not None else "") or (b.names[j] if j is not None else "") for i, j in pairs],
     )
     return start, start.moved(_points(ends), np.array([color for _, color in ends]), b.background)
 

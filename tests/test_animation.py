@@ -26,7 +26,8 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 def square(x: float, color: tuple[float, ...] = RED, background: tuple[float, ...] | None = (1, 1, 1)) -> Drawing:
     """Return a still disc and, above it, a square at x."""
-    return build([([circle((8, 12), 5)], BLUE), ([rectangle(x, 4, x + 6, 10)], color)], SIZE, background)
+    layers = [([circle((8, 12), 5)], BLUE), ([rectangle(x, 4, x + 6, 10)], color)]
+    return build(layers, SIZE, background).replace(names=["disc", "square"])
 
 
 def animations(text: str) -> dict[str, dict[str, str]]:
@@ -45,11 +46,11 @@ def path_data(drawing: Drawing, layer: int) -> str | None:
 
 def test_what_stands_still_is_not_animated() -> None:
     found = animations(format_animated_svg([square(4), square(20)], bounce=False))
-    assert list(found) == ["layer-2 d"]
-    assert found["layer-2 d"]["dur"] == "2s"
-    assert found["layer-2 d"]["repeatCount"] == "indefinite"
-    assert found["layer-2 d"]["keyTimes"] == "0;1"
-    assert found["layer-2 d"]["values"].split(";") == [path_data(square(4), 1), path_data(square(20), 1)]
+    assert list(found) == ["square d"]
+    assert found["square d"]["dur"] == "2s"
+    assert found["square d"]["repeatCount"] == "indefinite"
+    assert found["square d"]["keyTimes"] == "0;1"
+    assert found["square d"]["values"].split(";") == [path_data(square(4), 1), path_data(square(20), 1)]
 
 
 def test_reads_as_its_first_drawing() -> None:
@@ -61,7 +62,7 @@ def test_reads_as_its_first_drawing() -> None:
 
 
 def test_goes_back_the_way_it_came() -> None:
-    found = animations(format_animated_svg([square(4), square(10), square(28)], seconds=2, hold=1))["layer-2 d"]
+    found = animations(format_animated_svg([square(4), square(10), square(28)], seconds=2, hold=1))["square d"]
     assert found["dur"] == "6s"
     # Half a stand, two seconds with a change of pace in the middle, a whole stand, and back.
     times = np.array([0, 0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6]) / 6
@@ -71,7 +72,7 @@ def test_goes_back_the_way_it_came() -> None:
 
 
 def test_one_way_stands_at_both_ends() -> None:
-    found = animations(format_animated_svg([square(4), square(20)], seconds=2, hold=1, bounce=False))["layer-2 d"]
+    found = animations(format_animated_svg([square(4), square(20)], seconds=2, hold=1, bounce=False))["square d"]
     assert (found["dur"], found["keyTimes"]) == ("4s", "0;0.25;0.75;1")
 
 
@@ -84,10 +85,10 @@ def test_drawings_on_the_way_add_nothing() -> None:
 def test_premultiplied_colors_need_more_keys() -> None:
     a, b = square(4, (1, 0, 0, 1)), square(4, (0, 0, 1, 0.2))
     found = animations(format_animated_svg(interpolate(a, b, np.linspace(0, 1, 9).tolist()), bounce=False))
-    assert found["layer-2 fill-opacity"]["keyTimes"] == "0;1"
-    assert found["layer-2 fill-opacity"]["values"] == "1;0.2"
-    times = np.array([float(time) for time in found["layer-2 fill"]["keyTimes"].split(";")])
-    values = [int(value[1:3], 16) for value in found["layer-2 fill"]["values"].split(";")]
+    assert found["square fill-opacity"]["keyTimes"] == "0;1"
+    assert found["square fill-opacity"]["values"] == "1;.2"
+    times = np.array([float(time) for time in found["square fill"]["keyTimes"].split(";")])
+    values = [int(value[1:3], 16) for value in found["square fill"]["values"].split(";")]
     # Red is 255 (1 - w), w = 0.2 t / (1 - 0.8 t); keys leave out what is within half a level of the lines between.
     t = np.linspace(0, 1, 9)
     red = 255 * (1 - 0.2 * t / (1 - 0.8 * t))

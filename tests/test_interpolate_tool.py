@@ -57,8 +57,9 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 def test_folder_of_svgs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert interpolate_tool.main(["a.svg", "b.svg", "--frames", "3", "-o", "out"]) == 0
     files = sorted((folder / "out").iterdir())
+    ends = livecl.read_svg("a.svg"), livecl.read_svg("b.svg")
     assert [file.name for file in files] == ["frame-01.svg", "frame-02.svg", "frame-03.svg"]
-    for file, drawing in zip(files, interpolate(A, B, [0, 0.5, 1]), strict=True):
+    for file, drawing in zip(files, interpolate(*ends, [0, 0.5, 1]), strict=True):
         assert file.read_text() == format_svg(drawing)
     assert capsys.readouterr() == ("", "out: 3 drawings of 2 layers\n")
 

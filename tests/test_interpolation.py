@@ -114,10 +114,12 @@ def test_lone_layer_fades_or_grows() -> None:
     np.testing.assert_allclose([areas(drawing)[1] for drawing in leaving], [200, 0], atol=1e-12)
 
 
-def test_stages_come_along() -> None:
+def test_stages_and_names_come_along() -> None:
     a = build([([rectangle(5, 5, 55, 55)], RED)], SIZE).replace(stages=[3])
     b = build([([rectangle(5, 5, 55, 55)], RED), ([rectangle(20, 20, 30, 40)], BLUE)], SIZE).replace(stages=[1, 2])
     assert interpolate(a, b, 0.5).stages.tolist() == [3, 2]
+    assert interpolate(a, b.replace(names=["ground", "eye"]), 0.5).names == ("ground", "eye")
+    assert interpolate(a.replace(names=["head"]), b.replace(names=["ground", ""]), 0.5).names == ("head", "")
 
 
 def test_empty_drawings() -> None:

@@ -81,7 +81,8 @@ def test_paths_are_added_and_padded(device: int) -> None:
     dark = int(np.argmin(result.drawings[-1].colors[:, :3].sum(axis=1)))
     sides = [np.ptp(layer_boxes(drawing)[dark].reshape(2, 2), axis=0) for drawing in result.drawings]
     np.testing.assert_array_equal(sides[:2], 0)
-    np.testing.assert_allclose(sides[2:], 8, atol=2)  # the control points of a square fitted by curves lie near it
+    covers = [livecl.render(alone(drawing, dark), device=device)[..., 0].sum() for drawing in result.drawings]
+    np.testing.assert_allclose(covers, [0, 0, 64, 64], atol=3.2)  # edges 32 px long, right to within a tenth of a pixel
     x, y = layer_boxes(result.drawings[0])[dark][:2]
     assert 54 < x < 62
     assert 4 < y < 12
