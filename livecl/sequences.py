@@ -18,6 +18,9 @@ from livecl.options import Options
 from livecl.result import Result
 from livecl.vectorizer import Picture, vectorize
 
+#: Share of the learning rate of points that is left where they start near their places: they slide along outlines less,
+#: and end at lower errors.
+REFINING_RATE = 0.5
 #: Error from which on paths may be added: so many of the first picture's, and so much above it.
 POOR_RATIO, POOR_RISE = 2.0, 1e-4
 #: Share of the error that may be left for added paths to stay.
@@ -129,9 +132,16 @@ def vectorize_sequence(
 
 
 def _refining(options: Options, iterations: int) -> Options:
-    """Return the options under which a drawing keeps its layers."""
+    """Return the options under which a drawing keeps its layers, and takes smaller steps."""
     return dataclasses.replace(
-        options, iterations=iterations, revisions=0, merge=False, prune=0.0, path_gain=0.0, target_mse=0.0
+        options,
+        iterations=iterations,
+        learning_rate=REFINING_RATE * options.learning_rate,
+        revisions=0,
+        merge=False,
+        prune=0.0,
+        path_gain=0.0,
+        target_mse=0.0,
     )
 
 
