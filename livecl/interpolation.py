@@ -54,7 +54,8 @@ def interpolate(
     Returns
     -------
     Drawing, or list of Drawing
-        One for each `t`, all of the same structure (:meth:`Drawing.same_structure`). At 0 and 1 they look as `a` and
+        One for each `t`, all of the same structure (:meth:`Drawing.same_structure`); stages and names are those of `a`,
+        of `b` where `a` has none. At 0 and 1 they look as `a` and
         `b`, but may have more segments, and layers that are points or transparent.
 
     Raises
@@ -102,6 +103,7 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
         subpath_offsets=_offsets([len(subpath) for outline, _ in starts for subpath in outline]),
         layer_offsets=_offsets([len(outline) for outline, _ in starts]),
         stages=[b.stages[j] if i is None else a.stages[i] for i, j in pairs],
+        names=[(a.names[i] if i is not None else "") or (b.names[j] if j is not None else "") for i, j in pairs],
     )
     return start, start.moved(_points(ends), np.array([color for _, color in ends]), b.background)
 
@@ -129,9 +131,9 @@ def mix_colors(a: ArrayLike, b: ArrayLike, t: float) -> FloatArray:
     a mean in which what cannot be seen has no say: a fading layer keeps its colour. Where o = 0, w = t.
     """
     a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    opacity = (1 - t) * a[..., 3:] + t * b[..., 3:]
+    opacity = _mix(a[..., 3:], b[..., 3:], t)
     share = np.where(opacity > 0, t * b[..., 3:] / np.where(opacity > 0, opacity, 1), t)
-    return np.concatenate([(1 - share) * a[..., :3] + share * b[..., :3], opacity], axis=-1)
+    return np.concatenate([_mix(a[..., :3], b[..., :3], share), opacity], axis=-1)
 
 
 def fit_canvas(drawing: Drawing, size: tuple[int, int]) -> Drawing:
@@ -161,8 +163,13 @@ def _between(start: Drawing, end: Drawing, t: float) -> Drawing:
     """Mix two drawings of one structure."""
     background = start.background
     if background is not None and end.background is not None:
-        background = (1 - t) * background + t * end.background
-    return start.moved((1 - t) * start.points + t * end.points, mix_colors(start.colors, end.colors, t), background)
+        background = _mix(background, end.background, t)
+    return start.moved(_mix(start.points, end.points, t), mix_colors(start.colors, end.colors, t), background)
+
+
+def _mix(a: FloatArray, b: FloatArray, t: float | FloatArray) -> FloatArray:
+    """Return (1 - t) a + t b, exact at both ends and where they are equal."""
+    return np.where(a == b, a, (1 - t) * a + t * b)
 
 
 def _layer_ends(a: Drawing, b: Drawing, i: int | None, j: int | None, lone: Lone) -> tuple[_Layer, _Layer]:

@@ -16,8 +16,10 @@ from livecl import bezier
 from livecl.drawing import Drawing
 
 Match = Literal["order", "nearest"]
-#: Difference (see `layer_differences`) from which on the nearest are not paired: a shift by 0.7 of the canvas has it.
-MOST_DIFFERENT = 0.5
+#: Difference (see `layer_differences`) from which on the nearest are not paired: a shift by 0.63 of the canvas has it.
+MOST_DIFFERENT = 0.4
+#: Weight of the squared difference of each colour channel: two things in one place are one that changes its colour.
+COLOR_WEIGHT = 0.5
 #: Layer of the first drawing and layer of the second; None where a layer has no partner.
 Pair = tuple[int | None, int | None]
 
@@ -63,8 +65,8 @@ def match_layers(a: Drawing, b: Drawing, match: Match = "order") -> list[Pair]:
 def layer_differences(a: Drawing, b: Drawing) -> FloatArray:
     """Return how much the layers of two drawings differ: (N_a, N_b), no unit.
 
-    The squared distance of eight numbers, each about from 0 to 1: middle and sides of the layer's box as parts of the
-    canvas's longer side, straight red, green, blue, and opacity.
+    The sum of squared differences of eight numbers, each about from 0 to 1: middle and sides of the layer's box as
+    parts of the canvas's longer side, and, by `COLOR_WEIGHT`, straight red, green, blue and opacity.
     """
     difference = _features(a)[:, None] - _features(b)[None]
     squares: FloatArray = np.sum(difference * difference, axis=2)
@@ -73,7 +75,8 @@ def layer_differences(a: Drawing, b: Drawing) -> FloatArray:
 
 def _features(drawing: Drawing) -> FloatArray:
     boxes = layer_boxes(drawing) / max(drawing.size)
-    return np.concatenate([(boxes[:, :2] + boxes[:, 2:]) / 2, boxes[:, 2:] - boxes[:, :2], drawing.colors], axis=1)
+    colors = drawing.colors * np.sqrt(COLOR_WEIGHT)
+    return np.concatenate([(boxes[:, :2] + boxes[:, 2:]) / 2, boxes[:, 2:] - boxes[:, :2], colors], axis=1)
 
 
 def layer_boxes(drawing: Drawing) -> FloatArray:

@@ -18,8 +18,13 @@ from livecl.options import Options
 from livecl.result import Result
 from livecl.vectorizer import Picture, vectorize
 
-#: Error, in those of the first picture, from which on paths may be added.
-POOR = 2.0
+#: Share of the learning rate of points that is left where they start near their places: they slide along outlines less,
+#: and end at lower errors.
+REFINING_RATE = 0.5
+#: Error from which on paths may be added: so many of the first picture's, and so much above it.
+POOR_RATIO, POOR_RISE = 2.0, 1e-4
+#: Share of the error that may be left for added paths to stay.
+GOOD_RATIO = 0.5
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,7 +56,7 @@ def vectorize_sequence(
     schedule: str | Sequence[int] | None = None,
     options: Options | None = None,
     refine_iterations: int | None = None,
-    add_paths: int = 0,
+    add_paths: int = 1,
     device: int | str | None = None,
     seed: int = 0,
     start: Drawing | None = None,
@@ -72,8 +77,8 @@ def vectorize_sequence(
     refine_iterations : int, optional
         Iterations for each picture but the first; `options.iterations` where not given.
     add_paths : int
-        Paths that may be added for each picture whose error, after refinement, is twice that of the first or more; they
-        stay if they lower it.
+        Paths that may be added for each picture whose error, after refinement, is twice that of the first or more, and
+        by at least 1e-4 larger; they stay if they halve it.
     start : Drawing, optional
         Drawing that the first picture starts from.
     on_frame : callable, optional
@@ -104,7 +109,8 @@ def vectorize_sequence(
             if before.background is None:
                 refining = dataclasses.replace(refining, background=NONE)
             result = vectorize(target, options=refining, device=device, seed=seed, start=before)
-            if add_paths and result.mse >= POOR * results[0].mse:
+            first_mse = results[0].mse
+            if add_paths and result.mse >= max(POOR_RATIO * first_mse, first_mse + POOR_RISE):
                 result = _with_paths_added(result, target, str(add_paths), refining, options.prune, device, seed)
         else:
             result = vectorize(
@@ -126,9 +132,16 @@ def vectorize_sequence(
 
 
 def _refining(options: Options, iterations: int) -> Options:
-    """Return the options under which a drawing keeps its layers."""
+    """Return the options under which a drawing keeps its layers, and takes smaller steps."""
     return dataclasses.replace(
-        options, iterations=iterations, revisions=0, merge=False, prune=0.0, path_gain=0.0, target_mse=0.0
+        options,
+        iterations=iterations,
+        learning_rate=REFINING_RATE * options.learning_rate,
+        revisions=0,
+        merge=False,
+        prune=0.0,
+        path_gain=0.0,
+        target_mse=0.0,
     )
 
 
@@ -141,11 +154,11 @@ def _with_paths_added(
     device: int | str | None,
     seed: int,
 ) -> Result:
-    """Go on with paths added, of which those worth less than `prune` are dropped; return the better result."""
+    """Add paths, of which those worth less than `prune` are dropped again; return the result, or the one before."""
     options = dataclasses.replace(options, prune=prune)
     added = vectorize(target, schedule=schedule, options=options, device=device, seed=seed, start=refined.drawing)
-    better = added if added.mse < refined.mse else refined
-    return dataclasses.replace(better, seconds=refined.seconds + added.seconds)
+    kept = added if added.mse <= GOOD_RATIO * refined.mse else refined
+    return dataclasses.replace(kept, seconds=refined.seconds + added.seconds)
 
 
 def _padded(drawings: Sequence[Drawing]) -> tuple[Drawing, ...]:

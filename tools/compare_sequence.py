@@ -43,7 +43,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--frames", type=whole(2), default=9, metavar="N", help="pictures of each (default: 9)")
     parser.add_argument("--side", type=whole(16), default=64, metavar="PX", help="their sides (default: 64)")
     parser.add_argument("--refine-iterations", type=whole(1), metavar="N", help="for each picture but the first")
-    parser.add_argument("--add-paths", type=whole(0), default=0, metavar="N", help="for pictures that need more")
+    parser.add_argument("--add-paths", type=whole(0), default=1, metavar="N", help="for pictures that need more")
     parser.add_argument("-o", "--output", type=Path, metavar="OUT.png", help="the pictures, and both ways below them")
     add_method_arguments(parser)
     return parser

@@ -62,9 +62,9 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--add-paths",
         type=whole(0),
-        default=0,
+        default=1,
         metavar="N",
-        help="paths added for a picture that needs more (default: 0)",
+        help="paths added for a picture that needs more (default: 1)",
     )
     return parser
 

@@ -4,16 +4,19 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import math
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+import numpy as np
 from tqdm import tqdm
 
 import livecl
 from livecl.device import choose_device
+from livecl.frames import render_frames
 from livecl.options import PRESETS
 from livecl.schedule import DEFAULT_PATHS
 
@@ -83,12 +86,21 @@ def is_svg(path: Path) -> bool:
     return path.suffix.lower() == ".svg"
 
 
+def read_picture(path: Path, device: str | None) -> np.ndarray:
+    """Read a picture, or render an SVG at its own size: (H, W, 3 or 4), straight."""
+    if not is_svg(path):
+        return read_input(livecl.read_image, path)
+    drawing = read_input(livecl.read_svg, path)
+    return next(render_frames([drawing], device=device))
+
+
 def read_drawing(path: Path, arguments: argparse.Namespace) -> livecl.Drawing:
-    """Read an SVG, or vectorize a picture."""
+    """Read an SVG, or vectorize a picture, each thing in it as a layer of its own."""
     if is_svg(path):
         return read_input(livecl.read_svg, path)
     image = read_input(livecl.read_image, path)
     options, schedule = method(arguments)
+    options = dataclasses.replace(options, holes=False)  # a hole shows what lies below: two things in one layer
     with tqdm(desc=path.name, unit="it", disable=True if arguments.quiet else None, leave=False) as bar:
         result = livecl.vectorize(
             image,
