@@ -16,6 +16,7 @@ import io
 import os
 import zipfile
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -82,17 +83,12 @@ class Vae:
     parameters: FloatArray = dataclasses.field(repr=False)
 
     def __post_init__(self) -> None:
-        for name, values in (("size", self.size), ("hidden", self.hidden), ("num_latents", (self.num_latents,))):
-            if not all(value >= 1 for value in values):
-                raise ValueError(f"{name}: got {getattr(self, name)}, wanted numbers of at least 1")
         wanted = sum((given + 1) * units for given, units in self._shapes)
         if self.parameters.shape != (wanted,):
             raise ValueError(f"parameters: shape {self.parameters.shape}, wanted {(wanted,)}")
 
     @classmethod
-    def start(
-        cls, size: tuple[int, int], hidden: tuple[int, ...], num_latents: int, rng: np.random.Generator
-    ) -> Vae:
+    def start(cls, size: tuple[int, int], hidden: tuple[int, ...], num_latents: int, rng: np.random.Generator) -> Vae:
         """Return an untrained model: weights from N(0, 1 / inputs), so that sums keep about unit size, and bias 0."""
         shapes = _shapes(size, hidden, num_latents)
         parts = []
@@ -159,9 +155,10 @@ class Vae:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model as ``.npz``, replacing an existing file atomically."""
-        buffer = io.BytesIO()
         facts = {"format": _FORMAT, "size": self.size, "hidden": self.hidden, "num_latents": self.num_latents}
-        np.savez(buffer, parameters=self.parameters, **{name: np.array(value) for name, value in facts.items()})
+        arrays: dict[str, Any] = {"parameters": self.parameters, **facts}
+        buffer = io.BytesIO()
+        np.savez(buffer, **arrays)
         write_atomically(path, buffer.getvalue())
 
     @classmethod
@@ -256,6 +253,9 @@ def latent_grid(model: Vae, corners: ArrayLike, rows: int, columns: int) -> Floa
 
 def _shapes(size: tuple[int, int], hidden: tuple[int, ...], num_latents: int) -> list[tuple[int, int]]:
     """Return inputs and outputs of each layer; the encoder's last gives mean and log variance."""
+    for name, values in (("size", size), ("hidden", hidden), ("num_latents", (num_latents,))):
+        if not all(value >= 1 for value in values):
+            raise ValueError(f"{name}: got {values}, wanted numbers of at least 1")
     pixels = size[0] * size[1]
     encoder = pairwise((pixels, *hidden, 2 * num_latents))
     decoder = pairwise((num_latents, *reversed(hidden), pixels))
