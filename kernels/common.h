@@ -18,6 +18,13 @@
 #pragma clang diagnostic error "-Wshadow"
 #endif
 
+// The smaller and the larger of two numbers or vectors. fmin, fmax and clamp of PoCL take three instructions for one, as they
+// must give the other number for one that is not a number; here either comes out.
+#define LESSER(a, b) ((a) < (b) ? (a) : (b))
+#define GREATER(a, b) ((a) > (b) ? (a) : (b))
+#define BETWEEN(a, low, high) ((a) < (low) ? (low) : LESSER(a, high))
+#define MAGNITUDE(a) GREATER(a, -(a))
+
 #define CONCAT_(a, b) a##b
 #define CONCAT(a, b) CONCAT_(a, b)
 

@@ -10,6 +10,7 @@
 // weight (or d_image) 0.
 #include "common.h"
 #include "composite.h"
+#include "distance.h"
 
 __kernel void composite_forward(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
                                 __global const int *strip_offsets, __global const int *winding,
@@ -19,51 +20,69 @@ __kernel void composite_forward(int4 band, int num_strips, int num_tiles, __glob
     if (strip >= band.w) return;
     Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 1);
     int row = strip * num_tiles * TILE + tile * TILE, plane = num_strips * num_tiles * TILE;
+    int step = site.edges ? 1 : TILE, span = site.first;
     Stack stack;
-    int edges, total = site_stack(site, 0, &stack, &edges);
-    Color color;
-    for (int column = 0; column < TILE; column++) {
-        if (column == 0 || edges) {
-            color = background_color(params);
-            for (int skip = 0; skip < total; skip += DEPTH) {
-                int ignored;
-                if (total > DEPTH) site_stack(site, skip, &stack, &ignored);
-                stack_forward(site, &stack, column, &color, 0);
-            }
-        }
-        for (int i = 0; i < CHANNELS; i++) image[i * plane + row + column] = color.c[i];
+    Color color[TILE];
+    for (int column = 0; column < TILE; column += step) color[column] = background_color(params);
+    for (int above = site.num_layers, count = lowest_run(above); above > 0; above -= count, count = DEPTH) {
+        span = stack_upwards(site, span, count, &stack);
+        for (int column = 0; column < TILE; column += step) stack_forward(site, &stack, column, &color[column], 0);
     }
+    for (int column = 0; column < TILE; column++)
+        for (int i = 0; i < CHANNELS; i++) image[i * plane + row + column] = color[step == 1 ? column : 0].c[i];
 }
 
 // Where dL/dimage comes from: given, or that of a weighted squared error.
 typedef struct {
     __global const realv *d_image;                 // (CHANNELS, plane), or null
-    __global const realv *target, *weight;         // (CHANNELS, plane), (plane)
-    real scale;
+    __global const realv *target;                  // (CHANNELS, plane)
+    realv weight[TILE];                            // of the tile's pixels, times scale
     int plane, row;
 } Objective;
 
+inline Objective objective_of(__global const realv *d_image, __global const realv *target, int num_strips, int num_tiles,
+                              int strip, int tile)
+{
+    Objective objective;
+    objective.d_image = d_image;
+    objective.target = target;
+    objective.plane = num_strips * num_tiles * TILE;
+    objective.row = (strip * num_tiles + tile) * TILE;
+    for (int i = 0; i < TILE; i++) objective.weight[i] = 0;
+    return objective;
+}
+
 // L = sum over pixels of scale * weight * sum over channels of (C - target)^2, so dL/dC = 2 scale weight (C - target).
 // With the distance weight d' and scale 1/3 this is eq. (2), with weight 1 and scale 1 / (3 H W) the mean squared error.
-inline void objective_at(Objective objective, int column, Color color, Color *g, realv *loss)
+inline void objective_at(const Objective *objective, int column, Color color, Color *g, realv *loss)
 {
-    int at = objective.row + column;
-    if (objective.d_image) {
-        for (int i = 0; i < CHANNELS; i++) g->c[i] += objective.d_image[i * objective.plane + at];
+    int at = objective->row + column;
+    if (objective->d_image) {
+        for (int i = 0; i < CHANNELS; i++) g->c[i] += objective->d_image[i * objective->plane + at];
         return;
     }
-    realv weight = objective.scale * objective.weight[at];
+    realv weight = objective->weight[column];
     for (int i = 0; i < CHANNELS; i++) {
-        realv error = color.c[i] - objective.target[i * objective.plane + at];
-        *loss += weight * error * error;
-        g->c[i] += 2 * weight * error;
+        realv error = color.c[i] - objective->target[i * objective->plane + at];
+        realv weighted = weight * error;
+        *loss += weighted * error;
+        g->c[i] += weighted + weighted;
     }
 }
 
-// Layers that are hidden all over the tile get no gradient.
-inline void clear_hidden(Site site, int bottom, __global realv *d_coverage, __global real4 *d_colors)
+// Whether any pixel of the tile has a say in the loss.
+inline int objective_counts(const Objective *objective)
 {
-    for (int k = bottom; k < site.first; k++) {
+    if (objective->d_image) return 1;
+    maskv some = 0;
+    for (int i = 0; i < TILE; i++) some |= objective->weight[i] != 0;
+    return any(some);
+}
+
+// No gradient for the layers of the spans from `begin` to before `end`: hidden ones, or all where nothing counts.
+inline void clear_layers(Site site, int begin, int end, __global realv *d_coverage, __global real4 *d_colors)
+{
+    for (int k = begin; k < end; k++) {
         int index = site_tile(site, k);
         if (index < 0) continue;
         d_colors[index] = 0;
@@ -72,39 +91,64 @@ inline void clear_hidden(Site site, int bottom, __global realv *d_coverage, __gl
     }
 }
 
-// Composite DEPTH layers at a time, the topmost first: what lies below them is composited again, their own inputs are kept,
-// and the gradient goes on down from where the layers above left it.
-inline void tile_backward(Site site, int bottom, Objective objective, __global realv *d_coverage, __global real4 *d_colors,
+// On the way up, keep the colour below each run but the lowest. It is kept in d_coverage: the run's own lowest tiles get
+// their gradient there only after it has been used.
+inline void keep_colors(Site site, int step, __global realv *d_coverage)
+{
+    Stack stack;
+    Color color[TILE];
+    int count = lowest_run(site.num_layers), span = stack_upwards(site, site.first, count, &stack);
+    for (int column = 0; column < TILE; column += step) color[column] = background_color(site.params);
+    for (int above = site.num_layers - count; above > 0; above -= DEPTH) {
+        for (int column = 0; column < TILE; column += step) stack_forward(site, &stack, column, &color[column], 0);
+        span = stack_upwards(site, span, DEPTH, &stack);
+        for (int column = 0; column < TILE; column += step)
+            for (int i = 0; i < CHANNELS; i++)
+                d_coverage[stack.tile[stack.begin + i] * TILE + column] = color[column].c[i];
+    }
+}
+
+inline Color kept_color(const Stack *stack, int column, __global const realv *d_coverage)
+{
+    Color color;
+    for (int i = 0; i < CHANNELS; i++) color.c[i] = d_coverage[stack->tile[stack->begin + i] * TILE + column];
+    return color;
+}
+
+// Run after run, the topmost first: what its layers cover is found from the colour kept below it, and the gradient goes on
+// down from where the layers above left it.
+inline void tile_backward(Site site, int bottom, const Objective *objective, __global realv *d_coverage, __global real4 *d_colors,
                           __global real *d_tile)
 {
-    clear_hidden(site, bottom, d_coverage, d_colors);
+    if (!objective_counts(objective)) {
+        clear_layers(site, bottom, site.last, d_coverage, d_colors);
+        for (int i = 0; i < 4; i++) d_tile[i] = 0;
+        return;
+    }
+    clear_layers(site, bottom, site.first, d_coverage, d_colors);
+    int step = site.edges ? 1 : TILE;  // columns that share one colour
+    if (site.num_layers > DEPTH) keep_colors(site, step, d_coverage);
     Stack stack;
     Color below[DEPTH], d_color[DEPTH], g[TILE];
     realv d_opacity[DEPTH], loss = 0;
-    int edges, total = site_stack(site, 0, &stack, &edges);
-    int step = edges ? 1 : TILE;  // columns that share one colour
-    int top_chunk = total > 0 ? (total - 1) / DEPTH : 0;
-    for (int chunk = top_chunk; chunk >= 0; chunk--) {
-        int ignored;
-        if (top_chunk > 0) site_stack(site, chunk * DEPTH, &stack, &ignored);
-        for (int k = 0; k < stack.count; k++) {
+    int span = site.last, lower = site.num_layers;
+    do {
+        int topmost = lower == site.num_layers, count = min(lower, DEPTH);
+        span = stack_downwards(site, span, count, &stack);
+        lower -= count;
+        for (int k = stack.begin; k < DEPTH; k++) {
             d_opacity[k] = 0;
             for (int i = 0; i < CHANNELS; i++) d_color[k].c[i] = 0;
         }
         for (int column = 0; column < TILE; column += step) {
-            Color color = background_color(site.params);
-            for (int lower = 0; lower < chunk; lower++) {
-                Stack lower_stack;
-                site_stack(site, lower * DEPTH, &lower_stack, &ignored);
-                stack_forward(site, &lower_stack, column, &color, 0);
-            }
+            Color color = lower > 0 ? kept_color(&stack, column, d_coverage) : background_color(site.params);
             stack_forward(site, &stack, column, &color, below);
             Color *gradient = &g[column];
-            if (chunk == top_chunk) {
+            if (topmost) {
                 for (int i = 0; i < CHANNELS; i++) gradient->c[i] = 0;
                 for (int i = column; i < column + step; i++) objective_at(objective, i, color, gradient, &loss);
             }
-            for (int k = stack.count - 1; k >= 0; k--) {
+            for (int k = DEPTH - 1; k >= stack.begin; k--) {
                 __global const real *rgba = params_color(site.params, stack.layer[k]);
                 int index = stack.tile[k];
                 realv coverage = site_coverage(site, index, column);
@@ -113,10 +157,10 @@ inline void tile_backward(Site site, int bottom, Objective objective, __global r
                 if (site.winding[index] == EDGE) d_coverage[index * TILE + column] = rgba[3] * d_a;
             }
         }
-        for (int k = 0; k < stack.count; k++)
+        for (int k = stack.begin; k < DEPTH; k++)
             d_colors[stack.tile[k]] = (real4)(sum_lanes(d_color[k].c[0]), sum_lanes(d_color[k].c[1]),
                                               sum_lanes(d_color[k].c[2]), sum_lanes(d_opacity[k]));
-    }
+    } while (lower > 0);
     d_tile[0] = sum_lanes(loss);
     for (int i = 0; i < 3; i++) {
         realv d_background = 0;
@@ -140,8 +184,8 @@ __kernel void composite_backward(int4 band, int num_strips, int num_tiles, __glo
     int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
     if (strip >= band.w) return;
     Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 2);
-    Objective objective = {d_image, 0, 0, 0, num_strips * num_tiles * TILE, (strip * num_tiles + tile) * TILE};
-    tile_backward(site, strip_offsets[strip], objective, d_coverage, d_colors, d_tiles + 4 * id);
+    Objective objective = objective_of(d_image, 0, num_strips, num_tiles, strip, tile);
+    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
 }
 
 // Forward, weighted squared error and backward at once, the image never leaving the work-item.
@@ -156,6 +200,30 @@ __kernel void composite_loss(int4 band, int num_strips, int num_tiles, __global 
     int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
     if (strip >= band.w) return;
     Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 2);
-    Objective objective = {0, target, weight, scale, num_strips * num_tiles * TILE, (strip * num_tiles + tile) * TILE};
-    tile_backward(site, strip_offsets[strip], objective, d_coverage, d_colors, d_tiles + 4 * id);
+    Objective objective = objective_of(0, target, num_strips, num_tiles, strip, tile);
+    for (int i = 0; i < TILE; i++) objective.weight[i] = scale * weight[objective.row + i];
+    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
+}
+
+// The same under the distance weight, which is found here, from what distance.cl knows of each layer.
+//
+// distance_spans, distance_strip_offsets, near, closeness, factors  in, as in distance_weight
+__kernel void composite_distance_loss(int4 band, int num_strips, int num_tiles, __global const real *params,
+                                      __global const int4 *spans, __global const int *strip_offsets,
+                                      __global const int *winding, __global const realv *area,
+                                      __global const int4 *distance_spans, __global const int *distance_strip_offsets,
+                                      __global const int *near, __global const realv *closeness,
+                                      __global const real *factors, __global const realv *target, real scale,
+                                      __global realv *d_coverage, __global real4 *d_colors, __global real *d_tiles)
+{
+    int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
+    if (strip >= band.w) return;
+    Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 2);
+    Objective objective = objective_of(0, target, num_strips, num_tiles, strip, tile);
+    for (int k = distance_strip_offsets[strip]; k < distance_strip_offsets[strip + 1]; k++) {
+        int index = near_tile(distance_spans[k], near, tile);
+        if (index < 0) continue;
+        add_weight(scale * factors[span_layer(distance_spans[k])], closeness + index * TILE, objective.weight);
+    }
+    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
 }

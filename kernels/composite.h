@@ -41,13 +41,6 @@ inline Color background_color(__global const real *params)
     return color;
 }
 
-// Layers that a tile sees, at most DEPTH of them at a time.
-#define DEPTH 32
-typedef struct {
-    int count;
-    int layer[DEPTH], tile[DEPTH];
-} Stack;
-
 typedef struct {
     __global const real *params;
     __global const int4 *spans;
@@ -56,6 +49,8 @@ typedef struct {
     int tile;         // column of the tile
     int first, last;  // spans of the strip that count
     int covered;      // nothing below `first` shows: the lowest layer that counts is opaque all over the tile
+    int num_layers;   // how many of these spans' layers are there
+    int edges;        // whether an outline passes among them
 } Site;
 
 // Index of a span's tile at the site, or -1 where the layer is not there.
@@ -72,10 +67,13 @@ inline int site_tile(Site site, int span_id)
 inline Site site_at(__global const real *params, __global const int4 *spans, __global const int *strip_offsets,
                     __global const int *winding, __global const realv *area, int strip, int tile, int num_opaque)
 {
-    Site site = {params, spans, winding, area, tile, strip_offsets[strip], strip_offsets[strip + 1], 0};
+    Site site = {params, spans, winding, area, tile, strip_offsets[strip], strip_offsets[strip + 1], 0, 0, 0};
     for (int k = site.last - 1; k >= site.first; k--) {
         int index = site_tile(site, k);
-        if (index < 0 || winding[index] == EDGE || params_color(params, span_layer(spans[k]))[3] != 1) continue;
+        if (index < 0) continue;
+        site.num_layers++;
+        site.edges |= winding[index] == EDGE;
+        if (winding[index] == EDGE || params_color(params, span_layer(spans[k]))[3] != 1) continue;
         if (--num_opaque == 0) {
             site.first = k;
             site.covered = 1;
@@ -84,35 +82,53 @@ inline Site site_at(__global const real *params, __global const int4 *spans, __g
     return site;
 }
 
-// The layers number skip, skip + 1, ... that the site sees. Returns how many it sees in all; *edges tells whether an outline
-// passes among them.
-inline int site_stack(Site site, int skip, Stack *stack, int *edges)
+// A run of the layers that a site sees, bottom first: entries `begin` to DEPTH - 1. From the top down all runs have DEPTH
+// layers but the lowest, which has what is left.
+#define DEPTH 32
+typedef struct {
+    int begin;
+    int layer[DEPTH], tile[DEPTH];
+} Stack;
+
+inline int lowest_run(int num_layers) { return num_layers > 0 ? (num_layers - 1) % DEPTH + 1 : 0; }
+
+// Fill the stack with the next `count` layers from span k on upwards; returns the span to go on from.
+inline int stack_upwards(Site site, int k, int count, Stack *stack)
 {
-    int seen = 0;
-    stack->count = 0;
-    *edges = 0;
-    for (int k = site.first; k < site.last; k++) {
+    stack->begin = DEPTH - count;
+    for (int i = stack->begin; i < DEPTH; k++) {
         int index = site_tile(site, k);
         if (index < 0) continue;
-        if (seen >= skip && stack->count < DEPTH) {
-            stack->layer[stack->count] = span_layer(site.spans[k]);
-            stack->tile[stack->count++] = index;
-        }
-        *edges |= site.winding[index] == EDGE;
-        seen++;
+        stack->layer[i] = span_layer(site.spans[k]);
+        stack->tile[i++] = index;
     }
-    return seen;
+    return k;
+}
+
+// Fill the stack with the `count` layers next below span k; returns the lowest one's span, to go on from.
+inline int stack_downwards(Site site, int k, int count, Stack *stack)
+{
+    stack->begin = DEPTH - count;
+    for (int i = DEPTH; i > stack->begin;) {
+        int index = site_tile(site, --k);
+        if (index < 0) continue;
+        stack->layer[--i] = span_layer(site.spans[k]);
+        stack->tile[i] = index;
+    }
+    return k;
 }
 
 inline realv site_coverage(Site site, int tile, int column)
 {
-    return site.winding[tile] == EDGE ? fmin(fabs(site.area[tile * TILE + column]), (realv)1) : (realv)1;
+    if (site.winding[tile] != EDGE) return 1;
+    realv a = site.area[tile * TILE + column], size = MAGNITUDE(a);
+    return LESSER(size, (realv)1);
 }
 
 // Composite the stack over `color` in one column of the tile; `below` (may be null) receives what each layer covers.
 inline void stack_forward(Site site, const Stack *stack, int column, Color *color, Color *below)
 {
-    for (int i = 0; i < stack->count; i++) {
+    for (int i = stack->begin; i < DEPTH; i++) {
         __global const real *rgba = params_color(site.params, stack->layer[i]);
         if (below) below[i] = *color;
         over_forward(color, splat_color(rgba), rgba[3] * site_coverage(site, stack->tile[i], column));

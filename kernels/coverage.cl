@@ -21,34 +21,41 @@ typedef struct {
     int4 span;
     __global int *winding;
     __global realv *area, *height;
+    int tile, index;  // the tile touched last, -1 where it is outside the span
 } Row;
 
-// Make a tile an EDGE tile, clearing its sums when it is the first time; 0 outside the span.
-inline int touch(Row row, int tile)
+// Make a tile an EDGE tile, clearing its sums when it is the first time. Returns its index, -1 outside the span.
+inline int touch(Row *row, int tile)
 {
-    if (tile < span_first(row.span) || tile >= span_last(row.span)) return 0;
-    int index = span_tile(row.span, tile);
-    if (row.winding[index] != EDGE) {
-        row.winding[index] = EDGE;
-        for (int i = 0; i < TILE; i++) row.area[index * TILE + i] = row.height[index * TILE + i] = 0;
+    if (tile == row->tile) return row->index;
+    row->tile = tile;
+    row->index = -1;
+    if (tile < span_first(row->span) || tile >= span_last(row->span)) return -1;
+    int index = row->index = span_tile(row->span, tile);
+    if (row->winding[index] != EDGE) {
+        row->winding[index] = EDGE;
+        for (int i = 0; i < TILE; i++) row->area[index * TILE + i] = row->height[index * TILE + i] = 0;
     }
-    return 1;
+    return index;
 }
 
-inline void deposit(Row row, int column, int lane, real dy, real share)
+// Touch the pixel's tile, and add to its sums.
+inline void deposit(Row *row, int column, int lane, real dy, real share)
 {
-    if (lane < 0 || lane >= LANES || column < 0 || !touch(row, column / TILE)) return;
-    int index = (span_tile(row.span, column / TILE) * TILE + column % TILE) * LANES + lane;
-    ((__global real *)row.area)[index] += dy * share;
-    ((__global real *)row.height)[index] += dy;
+    if (column < 0) return;
+    int index = touch(row, column / TILE);
+    if (index < 0 || lane < 0 || lane >= LANES) return;
+    int cell = (index * TILE + column % TILE) * LANES + lane;
+    ((__global real *)row->area)[cell] += dy * share;
+    ((__global real *)row->height)[cell] += dy;
 }
 
 // The part of a line that passes left of the canvas acts on the first column in full.
-inline void deposit_left(Row row, real4 part, real top)
+inline void deposit_left(Row *row, real4 part, real top)
 {
     for (int lane = 0; lane < LANES; lane++) {
         real low = top + lane, high = low + 1;
-        real dy = clamp(part.w, low, high) - clamp(part.y, low, high);
+        real dy = BETWEEN(part.w, low, high) - BETWEEN(part.y, low, high);
         if (dy != 0) deposit(row, 0, lane, dy, 1);
     }
 }
@@ -59,15 +66,13 @@ inline void deposit_left(Row row, real4 part, real top)
 // line_offsets  (M + 1,)  in           segment_bounds  (M,)  in         lines  (L,)  in, px
 // winding  (num_tiles,)  out           area  (num_tiles, TILE)  out: A, in EDGE tiles only
 // d_coverage  (num_tiles, TILE)  scratch, the sums `height`, until compositing puts the gradient there
-__kernel void coverage_forward(int4 band, int num_columns, __global const int4 *spans,
-                               __global const int *layer_segments, __global const int *line_offsets,
-                               __global const real4 *segment_bounds, __global const real4 *lines,
-                               __global int *winding, __global realv *area, __global realv *d_coverage)
+inline void cover_span(int id, int num_columns, __global const int4 *spans, __global const int *layer_segments,
+                       __global const int *line_offsets, __global const real4 *segment_bounds,
+                       __global const real4 *lines, __global int *winding, __global realv *area,
+                       __global realv *d_coverage)
 {
-    int id = band.x + get_global_id(0);
-    if (id >= band.y) return;  // global size is padded
     int4 span = spans[id];
-    Row row = {span, winding, area, d_coverage};
+    Row row = {span, winding, area, d_coverage, -1, -1};
     int layer = span_layer(span);
     real top = span_strip(span) * LANES, bottom = top + LANES;
     for (int tile = span_first(span); tile < span_last(span); tile++) winding[span_tile(span, tile)] = 0;
@@ -80,16 +85,15 @@ __kernel void coverage_forward(int4 band, int num_columns, __global const int4 *
             if (part.x < 0 || part.z < 0) {
                 real4 left = part;
                 clip_x(&left, -INFINITY, 0);
-                deposit_left(row, left, top);
+                deposit_left(&row, left, top);
             }
             if (!clip_x(&part, 0, num_columns)) continue;
             Walk walk = walk_begin(part);
             while (walk_next(&walk)) {
                 Piece piece = walk.piece;
                 real u = (piece.x0 + piece.x1) / 2 - piece.column;
-                deposit(row, piece.column, piece.row - (int)top, piece.y1 - piece.y0, 1 - u);
-                touch(row, piece.column / TILE);
-                if (part.x == piece.column && part.z == piece.column) touch(row, (piece.column + TILE - 1) / TILE - 1);
+                deposit(&row, piece.column, piece.row - (int)top, piece.y1 - piece.y0, 1 - u);
+                if (part.x == piece.column && part.z == piece.column) touch(&row, (piece.column + TILE - 1) / TILE - 1);
             }
         }
     }
@@ -98,16 +102,26 @@ __kernel void coverage_forward(int4 band, int num_columns, __global const int4 *
     for (int tile = span_first(span); tile < span_last(span); tile++) {
         int index = span_tile(span, tile);
         if (winding[index] != EDGE) {
-            winding[index] = (int)rint(sum_lanes(before) / LANES);
+            winding[index] = floor_of(sum_lanes(before) / LANES + (real)0.5);
             before = winding[index];
             continue;
         }
         for (int i = index * TILE; i < (index + 1) * TILE; i++) {
             realv a = before + area[i];
             before += row.height[i];
-            area[i] = select(a, (realv)0, fabs(a) < SNAP);  // so that the sign of 0 is 0
+            area[i] = MAGNITUDE(a) < SNAP ? (realv)0 : a;  // so that the sign of 0 is 0
         }
     }
+}
+
+__kernel void coverage_forward(int4 band, int num_columns, __global const int4 *spans,
+                               __global const int *layer_segments, __global const int *line_offsets,
+                               __global const real4 *segment_bounds, __global const real4 *lines,
+                               __global int *winding, __global realv *area, __global realv *d_coverage)
+{
+    int id = band.x + get_global_id(0);
+    if (id >= band.y) return;  // global size is padded
+    cover_span(id, num_columns, spans, layer_segments, line_offsets, segment_bounds, lines, winding, area, d_coverage);
 }
 
 typedef struct {
@@ -117,26 +131,38 @@ typedef struct {
     __global const int *winding;
     __global const real *area, *d_coverage;
     int first_strip, last_strip, layer;
+    int strip, tile, index;  // the tile looked up last, -1 where it stores no coverage
 } Cells;
+
+inline int cells_tile(Cells *cells, int strip, int tile)
+{
+    if (strip == cells->strip && tile == cells->tile) return cells->index;
+    cells->strip = strip;
+    cells->tile = tile;
+    cells->index = -1;
+    int2 strips = cells->layer_strips[cells->layer];
+    if (strip < max(cells->first_strip, strips_first(strips))) return -1;
+    if (strip >= min(cells->last_strip, strips_last(strips))) return -1;
+    int4 span = cells->spans[cells->layer_spans[strips.x + strip]];
+    if (tile < span_first(span) || tile >= span_last(span)) return -1;
+    int index = span_tile(span, tile);
+    return cells->index = cells->winding[index] == EDGE ? index : -1;
+}
 
 // d_coverage times d coverage / dA at a pixel; 0 where no coverage is stored. `direction` is the sign of the change of A
 // that counts, 0 for both: at the kinks of min(|A|, 1) the mean of the two slopes.
-inline real cell_gradient(Cells cells, int column, int row, real direction)
+inline real cell_gradient(Cells *cells, int column, int row, int direction)
 {
     if (column < 0 || row < 0) return 0;
-    int2 strips = cells.layer_strips[cells.layer];
-    int strip = row / LANES, tile = column / TILE;
-    if (strip < max(cells.first_strip, strips_first(strips)) || strip >= min(cells.last_strip, strips_last(strips))) return 0;
-    int4 span = cells.spans[cells.layer_spans[strips.x + strip]];
-    if (tile < span_first(span) || tile >= span_last(span) || cells.winding[span_tile(span, tile)] != EDGE) return 0;
-    int index = (span_tile(span, tile) * TILE + column % TILE) * LANES + row % LANES;
-    real a = cells.area[index], size = fabs(a);
-    real slope = sign(a);                                             // of |A|
-    if (a == 0) slope = direction;                                    // |A| can only grow
+    int index = cells_tile(cells, row / LANES, column / TILE);
+    if (index < 0) return 0;
+    int cell = (index * TILE + column % TILE) * LANES + row % LANES;
+    real a = cells->area[cell], size = MAGNITUDE(a);
+    real slope = a > 0 ? 1 : a < 0 ? -1 : direction;                 // of |A|, which can only grow from 0
     if (size > 1 + SNAP) slope = 0;                                   // saturated
     if (size >= 1 - SNAP && a * direction > 0) slope = 0;             // about to be
-    if (fabs(size - 1) <= 16 * REAL_EPSILON && direction == 0) slope /= 2;  // mean of both directions
-    return slope * cells.d_coverage[index];
+    if (direction == 0 && MAGNITUDE(size - 1) <= 16 * REAL_EPSILON) slope /= 2;  // mean of both directions
+    return slope * cells->d_coverage[cell];
 }
 
 // Backward.  Moving a point of a line by (mx, my) changes A of the pixel it lies in by n . (mx, my) per unit of the line's
@@ -166,25 +192,24 @@ __kernel void coverage_backward(int4 band, int num_lines, int width, int height,
     real4 line = lines[id], part = line;
     real2 d = line.zw - line.xy, normal = (real2)(-d.y, d.x);
     real g0 = 0, g1 = 0;
-    Cells cells = {spans, layer_strips, layer_spans, winding, area, d_coverage, band.z, band.w, line_layers[id]};
-    int on_column_border = d.x == 0 && d.y != 0 && line.x == floor(line.x);
-    int on_row_border = d.y == 0 && d.x != 0 && line.y == floor(line.y);
-    if ((d.x != 0 || d.y != 0) && clip_y(&part, 0, height) && clip_x(&part, 0, width)) {
+    Cells cells = {spans, layer_strips, layer_spans, winding, area, d_coverage, band.z, band.w, line_layers[id], -1, -1, -1};
+    int on_column_border = d.x == 0 && d.y != 0 && line.x == floor_of(line.x);
+    int on_row_border = d.y == 0 && d.x != 0 && line.y == floor_of(line.y);
+    int steep = MAGNITUDE(d.y) >= MAGNITUDE(d.x), sign_x = normal.x < 0 ? -1 : 1, sign_y = normal.y < 0 ? -1 : 1;
+    real start = steep ? line.y : line.x, per_px = 1 / (steep ? d.y : d.x);
+    int top = band.z * LANES, bottom = min(height, band.w * LANES);  // rows beyond the band have their own turn
+    if ((d.x != 0 || d.y != 0) && clip_y(&part, top, bottom) && clip_x(&part, 0, width)) {
         Walk walk = walk_begin(part);
         while (walk_next(&walk)) {
             Piece p = walk.piece;
-            real s0, s1;
-            if (fabs(d.x) > fabs(d.y)) s0 = (p.x0 - line.x) / d.x, s1 = (p.x1 - line.x) / d.x;
-            else s0 = (p.y0 - line.y) / d.y, s1 = (p.y1 - line.y) / d.y;
+            real s0 = ((steep ? p.y0 : p.x0) - start) * per_px, s1 = ((steep ? p.y1 : p.x1) - start) * per_px;
             real g;
             if (on_column_border)
-                g = (cell_gradient(cells, p.column - 1, p.row, -sign(normal.x)) +
-                     cell_gradient(cells, p.column, p.row, sign(normal.x))) / 2;
+                g = (cell_gradient(&cells, p.column - 1, p.row, -sign_x) + cell_gradient(&cells, p.column, p.row, sign_x)) / 2;
             else if (on_row_border)
-                g = (cell_gradient(cells, p.column, p.row - 1, -sign(normal.y)) +
-                     cell_gradient(cells, p.column, p.row, sign(normal.y))) / 2;
+                g = (cell_gradient(&cells, p.column, p.row - 1, -sign_y) + cell_gradient(&cells, p.column, p.row, sign_y)) / 2;
             else
-                g = cell_gradient(cells, p.column, p.row, 0);
+                g = cell_gradient(&cells, p.column, p.row, 0);
             real middle = (s0 + s1) / 2;
             g0 += g * (s1 - s0) * (1 - middle);
             g1 += g * (s1 - s0) * middle;

@@ -10,27 +10,33 @@
 // params           see common.h  in       next_segments  (M,)      in, whose anchor is D
 // line_offsets     (M + 1,)      in       lines         (L,)      out, (x0, y0, x1, y1) px
 // segment_bounds   (M,)          out, (x_min, y_min, x_max, y_max) of the segment's lines, px
+inline void flatten_segment(int segment, int num_layers, __global const real *params, __global const int *next_segments,
+                            __global const int *line_offsets, __global real4 *lines, __global real4 *segment_bounds)
+{
+    __global const real *p = params_points(params, num_layers, segment);
+    __global const real *q = params_points(params, num_layers, next_segments[segment]);
+    real2 a = (real2)(p[0], p[1]), b = (real2)(p[2], p[3]), c = (real2)(p[4], p[5]), d = (real2)(q[0], q[1]);
+    real2 k1 = (real)3 * (b - a), k2 = (real)3 * ((c - b) - (b - a)), k3 = (d - a) + (real)3 * (b - c);
+    int begin = line_offsets[segment], pieces = line_offsets[segment + 1] - begin;
+    real2 low = LESSER(a, d), high = GREATER(a, d), previous = a;
+    for (int k = 1; k <= pieces; k++) {
+        real t = (real)k / (real)pieces;
+        real2 vertex = k == pieces ? d : a + t * (k1 + t * (k2 + t * k3));
+        low = LESSER(low, vertex);
+        high = GREATER(high, vertex);
+        lines[begin + k - 1] = (real4)(previous, vertex);
+        previous = vertex;
+    }
+    segment_bounds[segment] = (real4)(low, high);
+}
+
 __kernel void flatten_forward(int num_segments, int num_layers, __global const real *params,
                               __global const int *next_segments, __global const int *line_offsets,
                               __global real4 *lines, __global real4 *segment_bounds)
 {
     int segment = get_global_id(0);
     if (segment >= num_segments) return;  // global size is padded
-    __global const real *p = params_points(params, num_layers, segment);
-    __global const real *q = params_points(params, num_layers, next_segments[segment]);
-    real2 a = (real2)(p[0], p[1]), b = (real2)(p[2], p[3]), c = (real2)(p[4], p[5]), d = (real2)(q[0], q[1]);
-    real2 k1 = (real)3 * (b - a), k2 = (real)3 * ((c - b) - (b - a)), k3 = (d - a) + (real)3 * (b - c);
-    int begin = line_offsets[segment], pieces = line_offsets[segment + 1] - begin;
-    real2 low = fmin(a, d), high = fmax(a, d), previous = a;
-    for (int k = 1; k <= pieces; k++) {
-        real t = (real)k / (real)pieces;
-        real2 vertex = k == pieces ? d : a + t * (k1 + t * (k2 + t * k3));
-        low = fmin(low, vertex);
-        high = fmax(high, vertex);
-        lines[begin + k - 1] = (real4)(previous, vertex);
-        previous = vertex;
-    }
-    segment_bounds[segment] = (real4)(low, high);
+    flatten_segment(segment, num_layers, params, next_segments, line_offsets, lines, segment_bounds);
 }
 
 // Backward.  P(t) = b0(t) A + b1(t) B + b2(t) C + b3(t) D with the Bernstein weights b, so with d_v_k = dL/d(vertex k),

@@ -22,7 +22,8 @@ typedef struct {
 inline int clip_y(real4 *line, real low, real high)
 {
     real4 v = *line;
-    if (fmax(v.y, v.w) < low || fmin(v.y, v.w) > high) return 0;
+    if ((v.y < low && v.w < low) || (v.y > high && v.w > high)) return 0;
+    if (v.y >= low && v.w >= low && v.y <= high && v.w <= high) return 1;
     real slope = v.w == v.y ? (real)0 : (v.z - v.x) / (v.w - v.y);
     real4 cut = v;
     if (v.y < low) cut.xy = (real2)(v.x + (low - v.y) * slope, low);
@@ -41,10 +42,21 @@ inline int clip_x(real4 *line, real low, real high)
     return some;
 }
 
+inline int floor_of(real p)
+{
+    int whole = (int)p;
+    return whole - (whole > p);
+}
+inline int ceil_of(real p)
+{
+    int whole = (int)p;
+    return whole + (whole < p);
+}
+
 // The pixel row or column that a point enters moving by d, and the one that it came through; a line that lies on a border
 // (d = 0) belongs to the pixels after it.
-inline int cell_entered(real p, real d) { return (int)(d < 0 ? ceil(p) - 1 : floor(p)); }
-inline int cell_left(real p, real d) { return (int)(d > 0 ? ceil(p) - 1 : floor(p)); }
+inline int cell_entered(real p, real d) { return d < 0 ? ceil_of(p) - 1 : floor_of(p); }
+inline int cell_left(real p, real d) { return d > 0 ? ceil_of(p) - 1 : floor_of(p); }
 
 inline Walk walk_begin(real4 line)
 {
@@ -87,11 +99,11 @@ inline int walk_next(Walk *walk)
     if (s_x <= s_y) {
         piece->x1 = border_x;
         real y = walk->line.y + s_x * (walk->line.w - walk->line.y);
-        piece->y1 = clamp(y, (real)piece->row, (real)(piece->row + 1));
+        piece->y1 = BETWEEN(y, (real)piece->row, (real)(piece->row + 1));
         walk->state = WALK_CROSSES_COLUMN;
     } else {
         real x = walk->line.x + s_y * (walk->line.z - walk->line.x);
-        piece->x1 = clamp(x, (real)piece->column, (real)(piece->column + 1));
+        piece->x1 = BETWEEN(x, (real)piece->column, (real)(piece->column + 1));
         piece->y1 = border_y;
         walk->state = WALK_CROSSES_ROW;
     }

@@ -11,6 +11,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from livecl.batch import vectorize_files
     from livecl.device import list_devices
     from livecl.drawing import Drawing
     from livecl.errors import DeviceError, ImageError, KernelBuildError, LiveclError, SvgError
@@ -18,7 +19,9 @@ if TYPE_CHECKING:
     from livecl.interpolation import interpolate
     from livecl.options import Options
     from livecl.rasterizer import Gradients, Rasterizer, render
+    from livecl.recipe import Recipe
     from livecl.result import Result
+    from livecl.sequences import SequenceResult, vectorize_sequence
     from livecl.state import State
     from livecl.svg import read_svg
     from livecl.vectorizer import vectorize
@@ -34,7 +37,9 @@ __all__ = [
     "LiveclError",
     "Options",
     "Rasterizer",
+    "Recipe",
     "Result",
+    "SequenceResult",
     "State",
     "SvgError",
     "interpolate",
@@ -43,9 +48,12 @@ __all__ = [
     "read_svg",
     "render",
     "vectorize",
+    "vectorize_files",
+    "vectorize_sequence",
 ]
 
 _MODULES = {
+    "batch": ["vectorize_files"],
     "device": ["list_devices"],
     "drawing": ["Drawing"],
     "errors": ["DeviceError", "ImageError", "KernelBuildError", "LiveclError", "SvgError"],
@@ -53,6 +61,8 @@ _MODULES = {
     "interpolation": ["interpolate"],
     "options": ["Options"],
     "rasterizer": ["Gradients", "Rasterizer", "render"],
+    "recipe": ["Recipe"],
+    "sequences": ["SequenceResult", "vectorize_sequence"],
     "state": ["State"],
     "svg": ["read_svg"],
     "result": ["Result"],

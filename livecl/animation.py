@@ -17,7 +17,7 @@ from livecl.drawing import Drawing
 from livecl.files import write_atomically
 from livecl.frames import check_canvases, encode_gif, render_frames
 from livecl.svg import format_svg
-from livecl.svg_reader import INKSCAPE_NAMESPACE, SVG_NAMESPACE
+from livecl.svg_writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE
 
 #: A GIF counts in hundredths of a second; browsers slow down what is shown for less than two of them.
 SHORTEST_FRAME = 0.02

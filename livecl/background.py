@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.colors import parse_color
 from livecl.image import over_background, premultiplied
-from livecl.svg_style import parse_color
 
 #: Backgrounds that are words: as the picture asks for, none, the colour of the picture's border, trained from white on.
 PICTURE, NONE, AUTO, TRAIN = "picture", "none", "auto", "train"

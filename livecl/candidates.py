@@ -31,9 +31,9 @@ CANDIDATES, CLOSE_CANDIDATES = 12, 3
 SMALL_REGION = 12
 #: What the gain of a region tried roughly may be too small by.
 ROUGHNESS = 1.05
-#: What each segment beyond `segments` must add: a share of the error removed, or, if that is less, of the mean squared
-#: error of the picture.
-GAIN_PER_SEGMENT, SEGMENT_MSE = 0.001, 3e-6
+#: What each segment beyond `segments` must add: a share of the error removed or, if that is less, a squared error: half
+#: of a pixel that is wrong in one channel.
+GAIN_PER_SEGMENT, SEGMENT_ERROR = 0.001, 0.5
 #: Alpha from which on paint starts opaque, and under which a region counts as clear: no paint makes a picture clearer.
 OPAQUE_FROM, CLEAR = 0.9, 0.02
 #: Holes of a region that are looked at.
@@ -164,7 +164,7 @@ class _Judge:
         best = self._candidate(outlines[0], rgba)
         for outline in outlines[1:]:
             candidate = self._candidate(outline, rgba)
-            share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_MSE * self._painting.target.size)
+            share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_ERROR)
             if candidate.trial.gain > best.trial.gain + share * (candidate.num_segments - best.num_segments):
                 best = candidate
         return best

@@ -6,10 +6,14 @@ from __future__ import annotations
 import dataclasses
 import functools
 import os
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from livecl.naming import clean_name, layer_labels, select_layers
+from livecl.svg_writer import LayerStyle, format_svg, save_svg
 
 #: Largest coordinate accepted, px: beyond it float32 no longer resolves a sixteenth of a pixel.
 MAX_COORDINATE = 1e6
@@ -46,6 +50,8 @@ class Drawing:
         Without offsets, the M segments are shared equally by the N layers, one subpath each.
     stages : (N,) array_like of int, optional
         Stage of the learning course that added each layer; all 0 where not given.
+    names : (N,) sequence of str, optional
+        Name of each layer, "" for none; all "" where not given. Kept on one line of visible characters, 120 at most.
 
     Raises
     ------
@@ -60,6 +66,7 @@ class Drawing:
     subpath_offsets: IntArray
     layer_offsets: IntArray
     stages: IntArray
+    names: tuple[str, ...]
 
     def __init__(
         self,
@@ -71,6 +78,7 @@ class Drawing:
         subpath_offsets: ArrayLike | None = None,
         layer_offsets: ArrayLike | None = None,
         stages: ArrayLike | None = None,
+        names: Sequence[str] | None = None,
     ) -> None:
         values: dict[str, Any] = {"size": _checked_size(size)}
         values["points"] = _checked_floats("points", points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
@@ -95,6 +103,7 @@ class Drawing:
         values["stages"] = np.zeros(num_layers, np.int32) if stages is None else np.array(stages, np.int32)
         if values["stages"].shape != (num_layers,):
             raise ValueError(f"stages: shape {values['stages'].shape}, wanted ({num_layers},)")
+        values["names"] = ("",) * num_layers if names is None else _checked_names(names, num_layers)
         for value in values.values():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
@@ -171,17 +180,40 @@ class Drawing:
             subpath_offsets=_offsets(np.diff(self.subpath_offsets)[subpaths]),
             layer_offsets=_offsets(np.diff(self.layer_offsets)[layers]),
             stages=self.stages[layers],
+            names=[self.names[layer] for layer in layers],
         )
 
-    def save_svg(self, path: str | os.PathLike[str]) -> None:
-        """Write the drawing as SVG, replacing an existing file atomically; see :mod:`livecl.svg`."""
-        from livecl.svg import save_svg
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Name of each layer; where it has none, one of index, colour and place, such as ``layer-03 orange left``."""
+        return layer_labels(self)
 
-        save_svg(self, path)
+    def select(self, spec: int | str) -> NDArray[np.int64]:
+        """Return the layers that are meant by an index, a name or a colour.
+
+        Parameters
+        ----------
+        spec : int or str
+            An index from 0, the bottom layer, also as text; else the whole of a label; else, in any case, a part of
+            one, or the colour of the fill to 8 bits: ``#rrggbb``, a CSS name.
+
+        Returns
+        -------
+        (K,) int64
+            Indices of at least one layer, rising.
+
+        Raises
+        ------
+        ValueError
+            If no layer is meant; the message lists the labels.
+        """
+        return select_layers(self, spec)
+
+    def save_svg(self, path: str | os.PathLike[str], precision: int = 3, layers: LayerStyle = "inkscape") -> None:
+        """Write the drawing as SVG, replacing an existing file atomically; see :func:`livecl.svg.format_svg`."""
+        save_svg(self, path, precision, layers)
 
     def _repr_svg_(self) -> str:
-        from livecl.svg import format_svg
-
         return format_svg(self)
 
 
@@ -193,6 +225,7 @@ def concatenate(below: Drawing, above: Drawing) -> Drawing:
         subpath_offsets=np.concatenate([below.subpath_offsets, above.subpath_offsets[1:] + below.num_segments]),
         layer_offsets=np.concatenate([below.layer_offsets, above.layer_offsets[1:] + below.layer_offsets[-1]]),
         stages=np.concatenate([below.stages, above.stages]),
+        names=below.names + above.names,
     )
 
 
@@ -226,6 +259,12 @@ def _checked_floats(name: str, value: Any, shape: tuple[int, ...], low: float, h
     if not np.all((array >= low) & (array <= high)):
         raise ValueError(f"{name}: all numbers must be finite and within [{low:g}, {high:g}]")
     return array
+
+
+def _checked_names(names: Sequence[str], num_layers: int) -> tuple[str, ...]:
+    if isinstance(names, str) or not all(isinstance(name, str) for name in names) or len(names) != num_layers:
+        raise ValueError(f"names: got {names!r:.200}, wanted {num_layers} texts, one for each layer")
+    return tuple(clean_name(name) for name in names)
 
 
 def _checked_offsets(name: str, value: Any, count: int | None, end: int) -> IntArray:

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are either written whole or left as they were."""
+"""Files that are either written whole or left as they were, and whether they can be written at all."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import secrets
+import tempfile
 from pathlib import Path
 
 
@@ -46,3 +47,27 @@ def write_atomically(path: str | os.PathLike[str], data: str | bytes) -> None:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def check_file(file: Path) -> None:
+    """Raise ValueError, before the work, if a file could not be written after it."""
+    if file.is_dir():
+        raise ValueError(f"{file}: is a folder, wanted a file to write")
+    if not file.exists() or file.is_file():
+        check_folder(file.resolve().parent, file)
+
+
+def check_folder(folder: Path, wanted: Path) -> None:
+    """Raise ValueError, which names what is wanted, if no file can be made in a folder.
+
+    Access rights alone do not tell (the superuser, disks that cannot be written), so one is made.
+    """
+    if not folder.exists():
+        raise ValueError(f"{wanted}: the folder {folder} does not exist")
+    if not folder.is_dir():
+        raise ValueError(f"{wanted}: {folder} is not a folder")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ValueError(f"{wanted}: cannot write into {folder}: {error.strerror or error}") from error

@@ -17,7 +17,7 @@ from livecl.bezier import bernstein
 FloatArray = NDArray[np.float64]
 
 #: Places on the polyline where anchors may lie, one for so many px, at most; more where more segments are asked for.
-PLACES, LEAST_PLACES, SPACING = 96, 24, 2.0
+PLACES, LEAST_PLACES, SPACING = 64, 24, 2.0
 #: Points at which a segment is compared with the polyline, and the polyline's points for each place.
 POINTS, FINE = 24, 4
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from livecl import bezier
 from livecl.alignment import Outline, align
 from livecl.drawing import Drawing
-from livecl.matching import Match, match_layers
+from livecl.matching import Match, layer_boxes, match_layers
 
 #: How a layer without a partner comes and goes.
 Lone = Literal["fade", "grow"]
@@ -147,6 +147,14 @@ def fit_canvas(drawing: Drawing, size: tuple[int, int]) -> Drawing:
     scale = min(new / old for new, old in zip(size, drawing.size, strict=True))
     margin = [(new - scale * old) / 2 for new, old in zip(size, drawing.size, strict=True)]
     return drawing.replace(points=drawing.points * scale + margin[::-1], size=size)
+
+
+def collapsed(drawing: Drawing) -> Drawing:
+    """Return the drawing with every layer drawn together to the point in the middle of its box: nothing is seen."""
+    boxes = layer_boxes(drawing)
+    middles = (boxes[:, :2] + boxes[:, 2:]) / 2
+    points = np.broadcast_to(middles[drawing.segment_layers][:, None], drawing.points.shape)
+    return drawing.replace(points=points)
 
 
 def _between(start: Drawing, end: Drawing, t: float) -> Drawing:

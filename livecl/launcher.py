@@ -14,15 +14,18 @@ from livecl.device import OpenDevice
 from livecl.errors import DeviceError
 from livecl.program import build_program, kernel_parameters
 
-#: Work-items in a work-group. A CPU runs them one after the other, and needs private arrays for each of them.
+#: Work-items in a work-group. A CPU runs them one after the other, and needs private arrays for each of them: one, but
+#: for kernels of many small work-items without such arrays.
 LOCAL_SIZE_CPU, LOCAL_SIZE_GPU = 1, 32
+LOCAL_SIZES_CPU = {"coverage_backward": 16}
 
 
 @dataclasses.dataclass(frozen=True)
 class _BoundKernel:
-    """A kernel object, the names of the values that it takes, and those that it holds."""
+    """A kernel object, the work-items of its groups, the names of the values that it takes, and those that it holds."""
 
     kernel: Any
+    local_size: int
     keys: list[str]
     arguments: list[Any]
 
@@ -30,7 +33,7 @@ class _BoundKernel:
 class Launcher:
     """Buffers and scalars under the names that they have as parameters of the kernels, and the kernels of one build.
 
-    A name may belong to a scope, ``scope.name``: a kernel launched with that scope takes it before the plain one.
+    A name may belong to a scope, ``scope_name``: a kernel launched with that scope takes it before the plain one.
     Arguments that are the same as in the launch before are not set again: that is most of a launch's cost.
 
     Parameters
@@ -48,7 +51,6 @@ class Launcher:
         self._opened = opened
         self._program = build_program(opened, dtype, channels)
         self._bound: dict[tuple[str, str], _BoundKernel] = {}
-        self._local_size = LOCAL_SIZE_CPU if opened.is_cpu else LOCAL_SIZE_GPU
         self._values: dict[str, Any] = {}
         self._given: dict[str, Any] = {}
         self._written: dict[str, NDArray[Any]] = {}
@@ -66,12 +68,15 @@ class Launcher:
         buffer = self._values.get(name)
         if buffer is None or buffer.size < num_bytes:
             size = max(64, num_bytes if buffer is None else num_bytes * 3 // 2)
-            try:
-                buffer = cl.Buffer(self._opened.context, cl.mem_flags.READ_WRITE, size)
-            except cl.Error as error:
-                raise DeviceError(f"{self._opened.info} has no room for {size} bytes ({name}): {error}") from error
-            self._values[name] = buffer
+            buffer = self._values[name] = self._buffer(name, size)
         return buffer
+
+    def _buffer(self, name: str, size: int, content: NDArray[Any] | None = None) -> Any:
+        flags = cl.mem_flags.READ_WRITE | (0 if content is None else cl.mem_flags.COPY_HOST_PTR)
+        try:
+            return cl.Buffer(self._opened.context, flags, size, hostbuf=content)
+        except cl.Error as error:
+            raise DeviceError(f"{self._opened.info} has no room for {size} bytes ({name}): {error}") from error
 
     def reserve_reals(self, name: str, count: int) -> Any:
         """Return the buffer of that name for `count` numbers; see :meth:`reserve`."""
@@ -91,11 +96,18 @@ class Launcher:
             self._values[name] = value
 
     def write(self, name: str, values: NDArray[Any]) -> None:
-        """Copy an array into the buffer of that name, without waiting."""
-        buffer = self.reserve(name, values.nbytes)
-        if values.nbytes:
+        """Put an array into the buffer of that name, without waiting.
+
+        Where the processor is the device, in a new buffer: to make one takes 2 us, while a copy is a command like any
+        other and takes 10 to 40.
+        """
+        if not values.nbytes:
+            self.reserve(name, 0)
+        elif self._opened.is_cpu:
+            self._values[name] = self._buffer(name, values.nbytes, np.ascontiguousarray(values))
+        else:
             self._written[name] = values = np.ascontiguousarray(values)  # must live until the copy is done
-            cl.enqueue_copy(self._opened.queue, buffer, values, is_blocking=False)
+            cl.enqueue_copy(self._opened.queue, self.reserve(name, values.nbytes), values, is_blocking=False)
 
     def write_reals(self, name: str, *parts: NDArray[Any]) -> None:
         """Copy the numbers of flat arrays, one after the other, into the buffer of that name, without waiting."""
@@ -118,15 +130,16 @@ class Launcher:
             if value is not arguments[index]:
                 kernel.set_arg(index, value)
                 arguments[index] = value
-        local = self._local_size
+        local = bound.local_size
         event = cl.enqueue_nd_range_kernel(self._opened.queue, kernel, (-(-num_items // local) * local,), (local,))
         if self.trace is not None:
             self.trace.append((name, event))
 
     def _bind(self, name: str, scope: str) -> _BoundKernel:
         """Make the kernel object for launches with a scope: objects hold their arguments, so each scope has its own."""
-        scoped = [(parameter, f"{scope}.{parameter}") for parameter in kernel_parameters()[name]]
+        scoped = [(parameter, f"{scope}_{parameter}") for parameter in kernel_parameters()[name]]
         keys = [key if key in self._values else parameter for parameter, key in scoped]
-        bound = _BoundKernel(cl.Kernel(self._program, name), keys, [None] * len(keys))
+        local_size = LOCAL_SIZES_CPU.get(name, LOCAL_SIZE_CPU) if self._opened.is_cpu else LOCAL_SIZE_GPU
+        bound = _BoundKernel(cl.Kernel(self._program, name), local_size, keys, [None] * len(keys))
         self._bound[name, scope] = bound
         return bound

@@ -34,26 +34,26 @@ def xing_loss(cubics: ArrayLike) -> tuple[float, FloatArray]:
 
     Notes
     -----
-    D1 is a constant. From D2 = u x v and du = (I - u u^T) dAB / |AB|,
+    D1 is a constant. With points as complex numbers x + iy, a x b is the imaginary part of conj(a) b. From D2 = u x v
+    and du = (I - u u^T) dAB / |AB|,
 
-        dD2/dAB = ((v_y, -v_x) - D2 u) / |AB|        dD2/dCD = ((-u_y, u_x) - D2 v) / |CD|
+        dD2/dAB = (-i v - D2 u) / |AB|        dD2/dCD = (i u - D2 v) / |CD|
 
     and A, B, C, D take these with the signs -, +, -, +.
     """
-    cubics = np.asarray(cubics, dtype=np.float64)
-    if not len(cubics):
-        return 0.0, np.zeros_like(cubics)
-    ab, bc, cd = cubics[:, 1] - cubics[:, 0], cubics[:, 2] - cubics[:, 1], cubics[:, 3] - cubics[:, 2]
-    ab_length, cd_length = np.sqrt((ab * ab).sum(axis=1)), np.sqrt((cd * cd).sum(axis=1))
-    counts = (ab_length >= SHORTEST_HANDLE) & (cd_length >= SHORTEST_HANDLE)
-    ab_length, cd_length = np.where(counts, ab_length, 1.0), np.where(counts, cd_length, 1.0)
-    u, v = ab / ab_length[:, None], cd / cd_length[:, None]
-    d2 = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    turns_left = ab[:, 0] * bc[:, 1] - ab[:, 1] * bc[:, 0] > 0
-    sign = np.where(turns_left, -1.0, 1.0)
-    sign[(sign * d2 <= 0) | ~counts] = 0.0
-
-    factor = (sign / len(cubics))[:, None]
-    d_ab = factor * (np.stack([v[:, 1], -v[:, 0]], axis=1) - d2[:, None] * u) / ab_length[:, None]
-    d_cd = factor * (np.stack([-u[:, 1], u[:, 0]], axis=1) - d2[:, None] * v) / cd_length[:, None]
-    return float((sign * d2).sum() / len(cubics)), np.stack([-d_ab, d_ab, -d_cd, d_cd], axis=1)
+    points = np.ascontiguousarray(cubics, dtype=np.float64).view(np.complex128)[..., 0]  # (M, 4)
+    d_points = np.zeros_like(points)
+    ab, bc, cd = (points[:, 1:] - points[:, :-1]).T
+    turn, across = (ab.conj() * bc).imag, (ab.conj() * cd).imag
+    rows = np.flatnonzero(np.where(turn > 0, -across, across) > 0)
+    if not len(rows):
+        return 0.0, d_points.view(np.float64).reshape(-1, 4, 2)
+    ab, cd, sign = ab[rows], cd[rows], np.where(turn[rows] > 0, -1.0, 1.0)
+    ab_length, cd_length = np.abs(ab), np.abs(cd)
+    factor = np.where(np.minimum(ab_length, cd_length) >= SHORTEST_HANDLE, sign / len(points), 0.0)
+    u, v = ab / ab_length, cd / cd_length
+    d2 = (u.conj() * v).imag
+    d_ab = factor / ab_length * (-1j * v - d2 * u)
+    d_cd = factor / cd_length * (1j * u - d2 * v)
+    d_points[rows] = np.array([-d_ab, d_ab, -d_cd, d_cd]).T
+    return float((factor * d2).sum()), d_points.view(np.float64).reshape(-1, 4, 2)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.candidates import SEGMENT_MSE, Outline, fitted_outlines
+from livecl.candidates import SEGMENT_ERROR, Outline, fitted_outlines
 from livecl.drawing import Drawing, concatenate
 from livecl.metrics import VISIBLE_SHARE, flat_regions, layer_alphas, mergeable_pairs, mse, visible_shares
 from livecl.options import Options
@@ -105,7 +105,7 @@ def _best(
             order = order[order != (lower + upper - depth)]
             trial = both.layer_subset(order)
             error = mse(rasterizer.forward(trial), target)
-            found.append((error + SEGMENT_MSE * trial.num_segments, len(found), trial, order, error))
+            found.append((error + SEGMENT_ERROR / target.size * trial.num_segments, len(found), trial, order, error))
     _, _, trial, order, error = min(found, key=lambda item: item[:2])
     return trial, order, error
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from livecl.drawing import Drawing
 from livecl.losses import xing_loss
-from livecl.rasterizer import DeviceImage, Gradients, Rasterizer
+from livecl.pipeline import DistanceWeight, Gradients
+from livecl.rasterizer import DeviceImage, Rasterizer
 from livecl.state import State
 
 #: Distance px between curve and lines that the distance weight is measured with: a fortieth of tau, where the weight
@@ -37,10 +38,15 @@ class Objective:
         self._pieces: tuple[Any, NDArray[np.int32]] = (None, np.zeros(0, np.int32))  # of the picture, of the distance
 
     def warm_up(self, drawing: Drawing, state: State) -> None:
-        """Launch each kernel once."""
+        """Launch each kernel that a step needs once."""
+        options = state.options
         self._rasterizer.forward(drawing)
-        self._rasterizer.distance_weight_on_device(drawing, state.options.tau)
-        self._rasterizer.loss_and_gradients(drawing, self._target, self._ones)
+        if options.loss == "mse" or options.variant == "released":
+            self._rasterizer.loss_and_gradients(drawing, self._target, self._ones)
+        else:
+            self._rasterizer.loss_and_gradients(drawing, self._target, DistanceWeight(options.tau))
+        if options.loss != "mse" and options.variant == "released":
+            self._rasterizer.distance_weight_on_device(drawing, options.tau)
 
     def evaluate(self, state: State) -> tuple[float, Gradients]:
         """Return the loss of the state's drawing and its gradient; the distance weight is a constant in it."""
@@ -57,11 +63,13 @@ class Objective:
     def released_weight(self, state: State, stage: int) -> NDArray[Any]:
         """Weight of the authors' program: the closeness of a stage's paths, at most 1, and what earlier ones left."""
         newest = int(np.searchsorted(state.drawing.stages, stage))
-        closest = self._rasterizer.download(self._distance_weight(state, newest))[..., 0]
+        pieces = self._distance_pieces(state)
+        on_device = self._rasterizer.distance_weight_on_device(state.drawing, state.options.tau, pieces, newest)
+        closest = self._rasterizer.download(on_device)[..., 0]
         weight = closest / max(float(closest.max()), 1e-12)
         return weight if state.kept_weight is None else np.minimum(weight + state.kept_weight, 1)
 
-    def _weight(self, state: State) -> tuple[DeviceImage, float]:
+    def _weight(self, state: State) -> tuple[DeviceImage | DistanceWeight, float]:
         """Weight of each pixel's error, and the common factor.
 
         Those of a mean, or eq. (1) and the 1/3 of eq. (2), one over the number of channels.
@@ -69,16 +77,15 @@ class Objective:
         if state.options.loss == "mse":
             return self._ones, 1 / (self._target.channels * self._num_pixels)
         if state.options.variant == "paper":
-            return self._distance_weight(state), 1 / self._target.channels
+            return DistanceWeight(state.options.tau, self._distance_pieces(state)), 1 / self._target.channels
         return self._rasterizer.upload(self.released_weight(state, state.stage)), 1 / self._num_pixels
 
-    def _distance_weight(self, state: State, closest_from: int | None = None) -> DeviceImage:
-        """Distance weight by coarser lines; the error of a line falls with the square of their number."""
+    def _distance_pieces(self, state: State) -> NDArray[np.int32]:
+        """Coarser lines for the distance weight; the error of a line falls with the square of their number."""
         if self._pieces[0] is not state.pieces:
             share = np.sqrt(self._rasterizer.tolerance / DISTANCE_TOLERANCE)
             self._pieces = state.pieces, np.ceil(state.pieces * share).astype(np.int32)
-        tau, pieces = state.options.tau, self._pieces[1]
-        return self._rasterizer.distance_weight_on_device(state.drawing, tau, pieces, closest_from)
+        return self._pieces[1]
 
     def _xing(self, state: State) -> tuple[float, NDArray[np.float64]]:
         """Xing loss and its gradient by (anchor, handle, handle): of all paths, or the newest (released program)."""

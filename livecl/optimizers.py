@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 
 BETA1, BETA2, EPSILON = 0.9, 0.999, 1e-8
+#: Steps after which the bias corrections are exactly 1 in float64: BETA2^t is less than half of 2^-52.
+UNBIASED_AGE = 37000
+
+
+@functools.cache
+def _corrections() -> tuple[FloatArray, FloatArray]:
+    """Return sqrt(1 - BETA2^t) / (1 - BETA1^t) and sqrt(1 - BETA2^t) for t up to `UNBIASED_AGE`; 0 and 1 for t = 0."""
+    ages = np.arange(1, UNBIASED_AGE + 1)
+    root = np.sqrt(1 - BETA2**ages)
+    return np.append(0.0, root / (1 - BETA1**ages)), np.append(1.0, root)
 
 
 @dataclasses.dataclass
@@ -68,10 +79,13 @@ class Adam:
         self.ages += 1
         self.mean += (1 - BETA1) * (gradient - self.mean)
         self.square += (1 - BETA2) * (gradient * gradient - self.square)
-        correction = np.sqrt(1 - BETA2**self.ages) / (1 - BETA1**self.ages)
-        rate = (learning_rate * correction).reshape(-1, *[1] * (gradient.ndim - 1))
-        root = np.sqrt(1 - BETA2**self.ages).reshape(rate.shape)
-        return -rate * self.mean / (np.sqrt(self.square) + EPSILON * root)
+        correction, root = (table.take(self.ages, mode="clip") for table in _corrections())
+        shape = (-1, *[1] * (gradient.ndim - 1))
+        scale = np.sqrt(self.square)
+        scale += (EPSILON * root).reshape(shape)
+        change = self.mean * np.multiply(learning_rate, correction).reshape(shape)
+        change /= scale
+        return np.negative(change, out=change)
 
 
 def decayed(ages: NDArray[np.int64], factor: float, period: int) -> FloatArray:

@@ -192,10 +192,26 @@ _PAPER: dict[str, Any] = {
     "variant": "paper",
 }
 
+
+def _kind(**values: Any) -> Callable[..., Options]:
+    """Return a maker of options that differ from the default by some values."""
+
+    def make(**changes: Any) -> Options:
+        return Options(**{**values, **changes})
+
+    return make
+
+
 #: Presets by the name that the command line knows them by.
 PRESETS: dict[str, Callable[..., Options]] = {
     "default": Options,
     "paper": Options.paper,
     "released": Options.released,
     "diffvg": Options.diffvg,
+    "icon": _kind(opacity="opaque"),
+    "clipart": _kind(),
+    "photo": _kind(),
+    "draft": _kind(iterations=60, revisions=0),
 }
+#: Number of paths, at most, of the presets that have one.
+PRESET_PATHS = {"icon": 12, "clipart": 32, "photo": 128, "draft": 8}

@@ -16,7 +16,7 @@ from livecl.errors import KernelBuildError
 from livecl.tiling import LANES
 
 #: Sources of the program, in the order of the pipeline.
-SOURCES = ("flatten.cl", "coverage.cl", "composite.cl", "reduce.cl", "distance.cl")
+SOURCES = ("flatten.cl", "coverage.cl", "composite.cl", "reduce.cl", "distance.cl", "joint.cl")
 _INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"]+)"[ \t]*$', re.MULTILINE)
 _built: dict[tuple[Any, ...], Any] = {}
 

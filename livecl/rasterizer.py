@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,32 +15,15 @@ from livecl.bezier import pieces_for
 from livecl.device import open_device
 from livecl.drawing import Drawing
 from livecl.launcher import Launcher
-from livecl.scene import Scene
-from livecl.tiling import LANES, TILE, Grid, IntArray, Spans
+from livecl.pipeline import DistanceWeight, Gradients, Pipeline
+from livecl.tiling import LANES, Grid
+
+__all__ = ["DeviceImage", "DistanceWeight", "Gradients", "Rasterizer", "render"]
 
 #: Distance px between curve and polyline that flattening keeps below, unless told otherwise.
 TOLERANCE = 0.02
 #: Tiles worked on at a time: 512 bytes each, so 64 MiB; layers that need more are worked on in bands of strips.
 MAX_TILES = 1 << 17
-
-
-@dataclasses.dataclass(frozen=True)
-class Gradients:
-    """Gradient of a scalar loss with respect to a drawing.
-
-    Attributes
-    ----------
-    points : (M, 3, 2) float64
-        Loss per pixel of displacement.
-    colors : (N, 4) float64
-        Loss per unit of straight RGBA.
-    background : (3,) float64 or None
-        Loss per unit of colour; None where the drawing has no background.
-    """
-
-    points: NDArray[np.float64]
-    colors: NDArray[np.float64]
-    background: NDArray[np.float64] | None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -94,9 +77,9 @@ class Rasterizer:
         self.max_tiles = max_tiles
         self.device = open_device(device)
         self._grid = Grid(*self.size, LANES[self.dtype.name])
-        self._scenes: dict[int, Scene] = {}
+        self._pipelines: dict[int, Pipeline] = {}
         self._rendered: tuple[Drawing, ArrayLike | None] | None = None
-        self._scene_of_channels(3)
+        self._pipeline_of_channels(3)
 
     def forward(self, drawing: Drawing, pieces: ArrayLike | None = None) -> NDArray[Any]:
         """Render a drawing.
@@ -119,13 +102,8 @@ class Rasterizer:
         ValueError
             If the drawing is of another size, or `pieces` does not fit it.
         """
-        scene, channels = self._scene(drawing), _channels(drawing)
-        run = scene.launcher
-        spans = scene.flatten("coverage", pieces, 0)
-        image = run.reserve_reals("image", channels * self._plane)
-        for band in spans.each_band:
-            self._cover(scene, spans, band)
-            run("composite_forward", self._band_tiles(band), "coverage")
+        channels = _channels(drawing)
+        image = self._loaded(drawing).render(channels, pieces)
         self._rendered = drawing, pieces
         return self.download(DeviceImage(image, channels))
 
@@ -156,15 +134,15 @@ class Rasterizer:
         if self._rendered is None:
             raise RuntimeError("backward needs a drawing: call forward first")
         drawing, pieces = self._rendered
-        scene = self._scene(drawing)
-        scene.launcher.set(d_image=self._uploaded("d_image", d_image, _channels(drawing)).buffer)
-        return self._differentiate(scene, "composite_backward", pieces)()[1]
+        pipeline = self._loaded(drawing)
+        pipeline.launcher.set(d_image=self._uploaded("d_image", d_image, _channels(drawing)).buffer)
+        return pipeline.begin_backward(pieces)()[1]
 
     def loss_and_gradients(
         self,
         drawing: Drawing,
         target: ArrayLike | DeviceImage,
-        weight: ArrayLike | DeviceImage,
+        weight: ArrayLike | DeviceImage | DistanceWeight,
         pieces: ArrayLike | None = None,
         scale: float = 1.0,
     ) -> tuple[float, Gradients]:
@@ -178,7 +156,7 @@ class Rasterizer:
             As for :meth:`forward`.
         target : (H, W, 3) or (H, W, 4) array_like, or DeviceImage
             What the image should be; premultiplied RGBA where the drawing has no background.
-        weight : (H, W) array_like, or DeviceImage
+        weight : (H, W) array_like, DeviceImage or DistanceWeight
             Weight of each pixel, a constant in the gradient.
         scale : float
             Factor of all weights.
@@ -198,7 +176,7 @@ class Rasterizer:
         self,
         drawing: Drawing,
         target: ArrayLike | DeviceImage,
-        weight: ArrayLike | DeviceImage,
+        weight: ArrayLike | DeviceImage | DistanceWeight,
         pieces: ArrayLike | None = None,
         scale: float = 1.0,
     ) -> Callable[[], tuple[float, Gradients]]:
@@ -209,13 +187,12 @@ class Rasterizer:
         callable
             Waits and returns loss and gradients. To be called before anything else is asked of the rasterizer.
         """
-        scene = self._scene(drawing)
-        scene.launcher.set(
-            target=self._uploaded("target", target, _channels(drawing)).buffer,
-            weight=self._uploaded("weight", weight, 1).buffer,
-            scale=float(scale),
-        )
-        return self._differentiate(scene, "composite_loss", pieces)
+        pipeline = self._loaded(drawing)
+        pipeline.launcher.set(target=self._uploaded("target", target, _channels(drawing)).buffer, scale=float(scale))
+        if isinstance(weight, DistanceWeight):
+            return pipeline.begin_loss(weight, pieces)
+        pipeline.launcher.set(weight=self._uploaded("weight", weight, 1).buffer)
+        return pipeline.begin_loss(None, pieces)
 
     def distance_weight(self, drawing: Drawing, tau: float = 10.0, pieces: ArrayLike | None = None) -> NDArray[Any]:
         """Return the distance weight of eq. (1), averaged over the layers whose outline is within `tau` of some pixel.
@@ -242,25 +219,7 @@ class Rasterizer:
         With `closest_from`, the image is instead the largest ReLU(tau - d), px, among the layers from that one on: the
         weight of the authors' program is made from it.
         """
-        if not 0 < tau < np.inf:
-            raise ValueError(f"tau: got {tau}, wanted a positive number of pixels")
-        scene = self._scene(drawing)
-        run = scene.launcher
-        spans = scene.flatten("distance", pieces, tau)
-        run.reserve_reals("closeness", spans.num_tiles * self._tile)
-        run.reserve("near", spans.num_tiles * 4)
-        run.reserve_reals("span_sums", len(spans.spans))
-        run.reserve_reals("factors", drawing.num_layers)
-        weight = run.reserve_reals("distance.weight", self._plane)
-        run.set(tau=float(tau), first_layer=closest_from or 0, released=closest_from is not None)
-        self._measure(scene, spans.each_band)
-        run("distance_normalize", 1, "distance")
-        for band in spans.each_band:
-            if len(spans.bands) > 1:
-                self._measure(scene, [band])
-            run.set(band=band)
-            run("distance_weight", self._band_tiles(band), "distance")
-        return DeviceImage(weight, 1)
+        return DeviceImage(self._loaded(drawing).weigh(DistanceWeight(tau, pieces), closest_from), 1)
 
     def pieces(self, drawing: Drawing, tolerance: float | None = None) -> NDArray[np.int32]:
         """Return the number of lines that flatten each segment to within a tolerance, px, or the rasterizer's: (M,)."""
@@ -283,29 +242,16 @@ class Rasterizer:
         cl.enqueue_copy(self.device.queue, planes, image.buffer)
         return grid.unpack(planes)
 
-    @property
-    def _tile(self) -> int:
-        """Pixels of a tile."""
-        return TILE * self._grid.lanes
-
-    @property
-    def _plane(self) -> int:
-        """Pixels of a plane."""
-        return self._grid.num_strips * self._grid.num_tiles * self._tile
-
-    def _band_tiles(self, band: IntArray) -> int:
-        return int(band[3] - band[2]) * self._grid.num_tiles
-
-    def _scene_of_channels(self, channels: int) -> Scene:
-        if channels not in self._scenes:
+    def _pipeline_of_channels(self, channels: int) -> Pipeline:
+        if channels not in self._pipelines:
             launcher = Launcher(self.device, self.dtype, channels)
-            self._scenes[channels] = Scene(launcher, self._grid, self.tolerance, self.max_tiles)
-        return self._scenes[channels]
+            self._pipelines[channels] = Pipeline(launcher, self._grid, self.tolerance, self.max_tiles)
+        return self._pipelines[channels]
 
-    def _scene(self, drawing: Drawing) -> Scene:
-        scene = self._scene_of_channels(_channels(drawing))
-        scene.load(drawing)
-        return scene
+    def _loaded(self, drawing: Drawing) -> Pipeline:
+        pipeline = self._pipeline_of_channels(_channels(drawing))
+        pipeline.load(drawing)
+        return pipeline
 
     def _uploaded(self, name: str, image: ArrayLike | DeviceImage, channels: int) -> DeviceImage:
         if not isinstance(image, DeviceImage):
@@ -317,50 +263,6 @@ class Rasterizer:
         if image.channels != channels:
             raise ValueError(f"{name}: {image.channels} channels, wanted {channels}")
         return image
-
-    def _cover(self, scene: Scene, spans: Spans, band: IntArray) -> None:
-        run = scene.launcher
-        run.reserve("winding", spans.num_tiles * 4)
-        run.reserve_reals("area", spans.num_tiles * self._tile)
-        run.reserve_reals("d_coverage", spans.num_tiles * self._tile)
-        run.set(band=band)
-        run("coverage_forward", int(band[1] - band[0]), "coverage")
-
-    def _measure(self, scene: Scene, bands: Iterable[IntArray]) -> None:
-        for band in bands:
-            scene.launcher.set(band=band)
-            scene.launcher("distance_forward", int(band[1] - band[0]), "distance")
-
-    def _differentiate(
-        self, scene: Scene, composite: str, pieces: ArrayLike | None
-    ) -> Callable[[], tuple[float, Gradients]]:
-        """Cover, composite with a gradient, gather it, band after band; what is returned brings the result back."""
-        run, drawing = scene.launcher, scene.drawing
-        assert drawing is not None
-        num_layers, num_segments = drawing.num_layers, drawing.num_segments
-        spans = scene.flatten("coverage", pieces, 0)
-        num_lines = scene.num_lines("coverage")
-        run.reserve_reals("d_colors", 4 * spans.num_tiles)
-        run.reserve_reals("d_tiles", 4 * self._grid.num_strips * self._grid.num_tiles)
-        run.reserve_reals("d_lines", 4 * num_lines)
-        run.reserve_reals("result", 4 + 4 * num_layers + 8 * num_segments)
-        run.set(num_lines=num_lines)
-        for band in spans.each_band:
-            self._cover(scene, spans, band)
-            run(composite, self._band_tiles(band), "coverage")
-            run("coverage_backward", num_lines, "coverage")
-            run("reduce_tiles", num_layers + 1, "coverage")
-        run("flatten_backward", num_segments, "coverage")
-
-        def finish() -> tuple[float, Gradients]:
-            result = run.read("result", 4 + 4 * num_layers + 8 * num_segments).astype(np.float64)
-            d_cubics = result[4 + 4 * num_layers :].reshape(-1, 4, 2)
-            d_points = d_cubics[:, :3].copy()
-            d_points[drawing.next_segments, 0] += d_cubics[:, 3]
-            d_colors = result[4 : 4 + 4 * num_layers].reshape(-1, 4)
-            return float(result[0]), Gradients(d_points, d_colors, None if drawing.background is None else result[1:4])
-
-        return finish
 
 
 def _channels(drawing: Drawing) -> int:

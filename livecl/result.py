@@ -8,7 +8,7 @@ import os
 
 from livecl.drawing import Drawing
 from livecl.options import Options
-from livecl.svg import format_svg, save_svg
+from livecl.svg import LayerStyle, format_svg, save_svg
 
 
 @dataclasses.dataclass(frozen=True)
@@ -44,6 +44,9 @@ class Result:
         The device that was used.
     options : Options
         Parameters of the method.
+    working_size : (int, int) or None
+        Height and width, px, of the pixels that were worked on and that all errors are measured on; None where they are
+        the drawing's own.
     """
 
     drawing: Drawing
@@ -53,15 +56,16 @@ class Result:
     compile_seconds: float
     device: str
     options: Options
+    working_size: tuple[int, int] | None = None
 
     @property
     def svg(self) -> str:
         """The drawing as SVG text."""
         return format_svg(self.drawing)
 
-    def save_svg(self, path: str | os.PathLike[str]) -> None:
-        """Write the drawing as SVG, replacing an existing file atomically."""
-        save_svg(self.drawing, path)
+    def save_svg(self, path: str | os.PathLike[str], precision: int = 3, layers: LayerStyle = "inkscape") -> None:
+        """Write the drawing as SVG, replacing an existing file atomically; see :func:`livecl.svg.format_svg`."""
+        save_svg(self.drawing, path, precision, layers)
 
     def _repr_svg_(self) -> str:
         return self.svg

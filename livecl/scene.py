@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,16 +18,37 @@ from livecl.tiling import Grid, Spans, layer_bounds, plan_spans
 MARGIN = 0.125
 #: Pixels that boxes are larger than needed when they are laid out anew, so that small steps keep the layout.
 SLACK = 3.0
+#: Turns (x_min, y_min, x_max, y_max) into numbers that all become smaller where bounds grow.
+_OUTWARDS = np.array([1.0, 1.0, -1.0, -1.0])
+
+
+class Use(NamedTuple):
+    """What outlines are flattened for.
+
+    Attributes
+    ----------
+    scope : "coverage" or "distance"
+        Scope of the launcher that receives lines and spans.
+    pieces : (M,) array_like of int, or None
+        Lines for each segment; None chooses them by the tolerance.
+    reach : float
+        How far from the outlines pixels matter, px.
+    """
+
+    scope: Literal["coverage", "distance"]
+    pieces: ArrayLike | None
+    reach: float
 
 
 @dataclasses.dataclass
 class _Outlines:
-    """Flattened outlines for one use, under a scope of the launcher."""
+    """Flattened outlines for one use."""
 
+    reach: float
     pieces: Any = None
     num_lines: int = 0
     drawing: Drawing | None = None
-    limits: NDArray[np.float64] | None = None
+    limits: NDArray[np.float64] | None = None  # (N, 4), times `_OUTWARDS`
     spans: Spans | None = None
 
 
@@ -52,7 +73,7 @@ class Scene:
         self.tolerance = tolerance
         self.max_tiles = max_tiles
         self.drawing: Drawing | None = None
-        self._bounds: NDArray[np.float64] = np.zeros((0, 4))
+        self._bounds: NDArray[np.float64] = np.zeros((0, 4))  # (N, 4), times `_OUTWARDS`
         self._outlines: dict[str, _Outlines] = {}
         launcher.set(width=grid.width, height=grid.height, num_strips=grid.num_strips, num_tiles=grid.num_tiles)
         launcher.set(num_columns=grid.num_columns)
@@ -70,31 +91,32 @@ class Scene:
             run.write("next_segments", drawing.next_segments)
             run.write("layer_segments", drawing.segment_offsets)
         self.drawing = drawing
-        self._bounds = layer_bounds(drawing)
+        self._bounds = _OUTWARDS * layer_bounds(drawing)
         background = np.zeros(3) if drawing.background is None else drawing.background
         run.write_reals("params", background, np.zeros(1), drawing.colors.ravel(), drawing.points.ravel())
 
-    def flatten(self, scope: str, pieces: ArrayLike | None, reach: float) -> Spans:
-        """Flatten the loaded drawing and return the spans within `reach` px of its layers' outlines.
-
-        Parameters
-        ----------
-        scope : str
-            Scope of the launcher that receives lines and spans.
-        pieces : (M,) array_like of int, or None
-            Lines for each segment; None chooses them by the tolerance.
-        reach : float
-            How far from the outlines pixels matter, px.
-        """
+    def flatten(self, *uses: Use) -> list[Spans]:
+        """Flatten the loaded drawing and return, for each use, the spans within reach of its layers' outlines."""
         assert self.drawing is not None
-        outlines = self._outlines.setdefault(scope, _Outlines())
-        if outlines.drawing is self.drawing and outlines.pieces is pieces and outlines.spans is not None:
-            return outlines.spans
-        if outlines.pieces is None or outlines.pieces is not pieces:
-            self._split(scope, outlines, pieces)
+        stale = [use for use in uses if self._outdated(use)]
+        if len(stale) == 2:
+            self.launcher("flatten_both", 2 * self.drawing.num_segments)
+        else:
+            for use in stale:
+                self.launcher("flatten_forward", self.drawing.num_segments, use.scope)
+        return [self._place(use) for use in uses]
+
+    def _outdated(self, use: Use) -> bool:
+        """Return whether lines must be made for a use, after making room for them."""
+        outlines = self._outlines.get(use.scope)
+        if outlines is None or outlines.reach != use.reach:
+            outlines = self._outlines[use.scope] = _Outlines(use.reach)
+        if outlines.drawing is self.drawing and outlines.pieces is use.pieces:
+            return False
+        if outlines.pieces is None or outlines.pieces is not use.pieces:
+            self._split(use.scope, outlines, use.pieces)
         outlines.drawing = self.drawing
-        self.launcher("flatten_forward", self.drawing.num_segments, scope)
-        return self._place(scope, outlines, reach + MARGIN)
+        return True
 
     def num_lines(self, scope: str) -> int:
         """Return the number of lines that the drawing was flattened into."""
@@ -108,20 +130,19 @@ class Scene:
             raise ValueError(f"pieces: wanted {drawing.num_segments} whole numbers of at least 1, one for each segment")
         line_offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
         outlines.pieces, outlines.num_lines = pieces, int(line_offsets[-1])
-        run.write(f"{scope}.line_offsets", line_offsets)
-        run.write(f"{scope}.line_layers", np.repeat(drawing.segment_layers, counts))
-        run.reserve_reals(f"{scope}.lines", 4 * outlines.num_lines)
-        run.reserve_reals(f"{scope}.segment_bounds", 4 * drawing.num_segments)
+        run.write(f"{scope}_line_offsets", line_offsets)
+        run.write(f"{scope}_line_layers", np.repeat(drawing.segment_layers, counts))
+        run.reserve_reals(f"{scope}_lines", 4 * outlines.num_lines)
+        run.reserve_reals(f"{scope}_segment_bounds", 4 * drawing.num_segments)
 
-    def _place(self, scope: str, outlines: _Outlines, margin: float) -> Spans:
+    def _place(self, use: Use) -> Spans:
         """Lay out the spans, unless every layer is still inside the boxes laid out last."""
-        bounds, limits = self._bounds, outlines.limits
-        inside = limits is not None and (bounds[:, :2] >= limits[:, :2]).all() and (bounds[:, 2:] < limits[:, 2:]).all()
-        if inside and outlines.spans is not None:
+        outlines, margin = self._outlines[use.scope], use.reach + MARGIN
+        if outlines.spans is not None and outlines.limits is not None and (self._bounds > outlines.limits).all():
             return outlines.spans
-        boxes = self.grid.boxes(bounds, margin + SLACK)
-        outlines.limits = self.grid.limits(boxes, margin)
+        boxes = self.grid.boxes(_OUTWARDS * self._bounds, margin + SLACK)
+        outlines.limits = _OUTWARDS * self.grid.limits(boxes, margin)
         spans = outlines.spans = plan_spans(boxes, self.grid.num_strips, self.max_tiles)
         for name in ("spans", "strip_offsets", "layer_strips", "layer_spans"):
-            self.launcher.write(f"{scope}.{name}", getattr(spans, name))
+            self.launcher.write(f"{use.scope}_{name}", getattr(spans, name))
         return spans

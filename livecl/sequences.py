@@ -7,12 +7,19 @@ import dataclasses
 from collections.abc import Callable, Iterable, Sequence
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from livecl.background import NONE
-from livecl.drawing import Drawing
+from livecl.drawing import Drawing, concatenate
 from livecl.image import as_image
+from livecl.interpolation import collapsed
 from livecl.options import Options
 from livecl.result import Result
 from livecl.vectorizer import Picture, vectorize
+
+#: Error, in those of the first picture, from which on paths may be added.
+POOR = 2.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -44,6 +51,7 @@ def vectorize_sequence(
     schedule: str | Sequence[int] | None = None,
     options: Options | None = None,
     refine_iterations: int | None = None,
+    add_paths: int = 0,
     device: int | str | None = None,
     seed: int = 0,
     start: Drawing | None = None,
@@ -52,7 +60,8 @@ def vectorize_sequence(
     """Turn pictures that follow each other into drawings, each of which starts from the one before.
 
     The first picture is vectorized as :func:`livecl.vectorize` does. For each of the others the drawing before is
-    refined in one stage: no layer is added, dropped or moved in paint order, and none changes its opacity.
+    refined in one stage: no layer is dropped or moved in paint order. Where that does not suffice, paths may be added;
+    in the drawings of earlier pictures, these are points without area where they later appear.
 
     Parameters
     ----------
@@ -62,6 +71,9 @@ def vectorize_sequence(
         As in :func:`livecl.vectorize`; `paths` and `schedule` are those of the first picture.
     refine_iterations : int, optional
         Iterations for each picture but the first; `options.iterations` where not given.
+    add_paths : int
+        Paths that may be added for each picture whose error, after refinement, is twice that of the first or more; they
+        stay if they lower it.
     start : Drawing, optional
         Drawing that the first picture starts from.
     on_frame : callable, optional
@@ -79,6 +91,8 @@ def vectorize_sequence(
         As :func:`livecl.vectorize`.
     """
     options = Options() if options is None else options
+    if isinstance(add_paths, bool) or not isinstance(add_paths, int) or add_paths < 0:
+        raise ValueError(f"add_paths: got {add_paths!r}, wanted a whole number of at least 0")
     refining = _refining(options, options.iterations if refine_iterations is None else refine_iterations)
     results: list[Result] = []
     for index, image in enumerate(images):
@@ -90,6 +104,8 @@ def vectorize_sequence(
             if before.background is None:
                 refining = dataclasses.replace(refining, background=NONE)
             result = vectorize(target, options=refining, device=device, seed=seed, start=before)
+            if add_paths and result.mse >= POOR * results[0].mse:
+                result = _with_paths_added(result, target, str(add_paths), refining, options.prune, device, seed)
         else:
             result = vectorize(
                 target, paths=paths, schedule=schedule, options=options, device=device, seed=seed, start=start
@@ -102,7 +118,7 @@ def vectorize_sequence(
     if not results:
         raise ValueError("images: got none, wanted at least one")
     return SequenceResult(
-        drawings=tuple(result.drawing for result in results),
+        drawings=_padded([result.drawing for result in results]),
         mse=tuple(result.mse for result in results),
         seconds=tuple(result.seconds for result in results),
         device=results[0].device,
@@ -110,7 +126,41 @@ def vectorize_sequence(
 
 
 def _refining(options: Options, iterations: int) -> Options:
-    """Return the options under which a drawing keeps its layers; without opacity, one would be dropped."""
+    """Return the options under which a drawing keeps its layers."""
     return dataclasses.replace(
-        options, iterations=iterations, revisions=0, prune=0.0, path_gain=0.0, target_mse=0.0, opacity="opaque"
+        options, iterations=iterations, revisions=0, merge=False, prune=0.0, path_gain=0.0, target_mse=0.0
     )
+
+
+def _with_paths_added(
+    refined: Result,
+    target: NDArray[np.float32],
+    schedule: str,
+    options: Options,
+    prune: float,
+    device: int | str | None,
+    seed: int,
+) -> Result:
+    """Go on with paths added, of which those worth less than `prune` are dropped; return the better result."""
+    options = dataclasses.replace(options, prune=prune)
+    added = vectorize(target, schedule=schedule, options=options, device=device, seed=seed, start=refined.drawing)
+    better = added if added.mse < refined.mse else refined
+    return dataclasses.replace(better, seconds=refined.seconds + added.seconds)
+
+
+def _padded(drawings: Sequence[Drawing]) -> tuple[Drawing, ...]:
+    """Return drawings, each of which has the layers of the one before and maybe more, with the layers of the last.
+
+    New layers have a later stage than all that were there, so they can be told; the others keep their order.
+    """
+    padded = [drawings[0]]
+    for drawing in drawings[1:]:
+        before = padded[-1]
+        if drawing.num_layers > before.num_layers:
+            new = drawing.stages > before.stages.max()
+            lone = drawing.layer_subset(new)
+            places = iter(range(before.num_layers, drawing.num_layers)), iter(range(before.num_layers))
+            order = [next(places[0] if is_new else places[1]) for is_new in new]
+            padded = [concatenate(earlier, collapsed(lone)).layer_subset(order) for earlier in padded]
+        padded.append(drawing)
+    return tuple(padded)

@@ -257,7 +257,7 @@ class State:
             raise LiveclError(f"{os.fspath(path)!r} is not a saved state of livecl: {error}") from error
 
 
-_DRAWING_ARRAYS = ("points", "colors", "subpath_offsets", "layer_offsets", "stages")
+_DRAWING_ARRAYS = ("points", "colors", "subpath_offsets", "layer_offsets", "stages", "names")
 
 
 def _drawing_arrays(prefix: str, drawing: Drawing) -> dict[str, Any]:

@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+#: Longest text read as a length, characters.
+MAX_LENGTH_TEXT = 400
+
 _PIXELS = {"": 1.0, "px": 1.0, "pt": 4 / 3, "pc": 16.0, "in": 96.0, "cm": 96 / 2.54, "mm": 9.6 / 2.54, "q": 2.4 / 2.54}
 _LENGTH = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*|%)")
 _TRANSFORMS = re.compile(r"\s*(?:(?:matrix|translate|scale|rotate|skew)[xy]?\s*\([^()]*\)[\s,]*)*", re.IGNORECASE)
@@ -24,12 +27,14 @@ def length_in_pixels(text: str | None, default: float, reference: float) -> floa
     """Return a length in px; a percentage is one of `reference`; `default` stands for a length not given."""
     if text is None or text == "auto":
         return default
-    match = _LENGTH.fullmatch(text.strip())
+    match = _LENGTH.fullmatch(text.strip()) if len(text) <= MAX_LENGTH_TEXT else None
     if not match or (match[2] != "%" and match[2].lower() not in _PIXELS):
-        raise ValueError(f"length {text!r} cannot be read; wanted a number, a percentage or px, pt, pc, mm, cm, in")
+        raise ValueError(
+            f"length {text[:60]!r} cannot be read; wanted a number, a percentage or px, pt, pc, mm, cm, in"
+        )
     value = float(match[1]) * (reference / 100 if match[2] == "%" else _PIXELS[match[2].lower()])
     if not math.isfinite(value):
-        raise ValueError(f"length {text!r} is not finite")
+        raise ValueError(f"length {text[:60]!r} is not finite")
     return value
 
 

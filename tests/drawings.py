@@ -109,7 +109,13 @@ def random_colors(seed: int, count: int, low: float = 0.2, high: float = 0.9) ->
     return np.concatenate([rng.uniform(size=(count, 3)), rng.uniform(low, high, (count, 1))], axis=1)
 
 
-def many_layers(size: tuple[int, int], num_small: int, num_large: int, seed: int) -> Case:
+def many_layers(
+    size: tuple[int, int],
+    num_small: int,
+    num_large: int,
+    seed: int,
+    background: ArrayLike | None = (1.0, 1.0, 1.0),
+) -> Case:
     """Return small blobs, and among them translucent ones that reach over most of the canvas or all of it."""
     rng = np.random.default_rng(seed)
     height, width = size
@@ -123,7 +129,7 @@ def many_layers(size: tuple[int, int], num_small: int, num_large: int, seed: int
     ]
     order = rng.permutation(len(paths))
     colors = random_colors(seed, len(paths), 0.02, 0.2)
-    return straight(build([([paths[i]], tuple(colors[i])) for i in order], size), 5)
+    return straight(build([([paths[i]], tuple(colors[i])) for i in order], size, background), 5)
 
 
 def varied_pieces(drawing: Drawing, seed: int = 0, most: int = 9) -> Case:
@@ -352,4 +358,5 @@ CROWDS: dict[str, Callable[[], Case]] = {
     "80 small, 70 large": lambda: many_layers((24, 24), 80, 70, 5),
     "256 large": lambda: many_layers((33, 41), 0, 256, 6),
     "300 small": lambda: many_layers((40, 30), 300, 0, 7),
+    "20 small, 100 large, no background": lambda: many_layers((20, 27), 20, 100, 8, None),
 }

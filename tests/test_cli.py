@@ -80,6 +80,8 @@ def test_json(folder: Path) -> None:
     assert set(report) == {
         "width",
         "height",
+        "working_width",
+        "working_height",
         "device",
         "version",
         "options",
@@ -368,8 +370,8 @@ class TestTerminal:
         return text
 
     def test_progress(self, folder: Path) -> None:
-        text = self.read_all(*self.start("--schedule", "1,1", "--iterations", "100", "--revisions", "0"))
-        assert re.search(r"stage 2/2: +\d+%\|[^\r]*/200 \[\d\d:\d\d<\d\d:\d\d, [^\r]*, paths 2, MSE \d", text)
+        text = self.read_all(*self.start("--schedule", "1,1", "--iterations", "600", "--revisions", "0"))
+        assert re.search(r"stage 2/2: +\d+%\|[^\r]*/1200 \[\d\d:\d\d<\d\d:\d\d, [^\r]*, paths 2, MSE \d", text)
         assert re.search(r"out\.svg: \d paths, MSE \S+, \S+ s\r\n$", text)
 
     def test_quiet(self, folder: Path) -> None:

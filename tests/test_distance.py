@@ -99,6 +99,14 @@ def test_pieces_are_chosen_as_in_forward(rasterizer_for: RasterizerFor) -> None:
     )
 
 
+def test_another_tau_for_the_same_drawing(rasterizer_for: RasterizerFor) -> None:
+    drawing, pieces = drawings.build([([drawings.circle((30, 30), 4)], (0, 0, 0, 1))], (60, 60)), np.full(4, 5)
+    rasterizer = rasterizer_for((60, 60), np.float64)
+    for tau in (3.0, 25.0):
+        found = rasterizer.distance_weight(drawing, tau, pieces)
+        np.testing.assert_allclose(found, distance_weight(drawing, tau, pieces), atol=1e-12)
+
+
 @pytest.mark.parametrize("tau", [0.0, -1.0, float("nan"), float("inf")])
 def test_wrong_tau(rasterizer_for: RasterizerFor, tau: float) -> None:
     drawing = drawings.CASES["translucent"]().drawing

@@ -32,6 +32,7 @@ PAPER = {
     # no part of the paper, off:
     "max_segments": 4,
     "holes": False,
+    "merge": False,
     "settle": 1.0,
     "revisions": 0,
     "prune": 0.0,
@@ -65,6 +66,10 @@ def test_presets_by_name() -> None:
         "paper": Options.paper(),
         "released": Options.released(),
         "diffvg": Options.diffvg(),
+        "icon": Options(opacity="opaque"),
+        "clipart": Options(),
+        "photo": Options(),
+        "draft": Options(iterations=60, revisions=0),
     }
 
 

@@ -91,7 +91,8 @@ def test_wheel_holds_the_sources_and_nothing_else(checkout: Path, tmp_path: Path
         metadata = archive.read(f"livecl-{livecl.__version__}.dist-info/METADATA").decode()
     package = sorted(name for name in names if ".dist-info/" not in name)
     modules = [f"livecl/{file.name}" for file in (ROOT / "livecl").iterdir() if file.suffix == ".py"]
-    assert package == sorted([*modules, "livecl/py.typed", *(f"livecl/kernels/{name}" for name in kernel_names())])
+    data = [f"livecl/{name}" for name in ("py.typed", "report.html", "report.css", "report.js")]
+    assert package == sorted([*modules, *data, *(f"livecl/kernels/{name}" for name in kernel_names())])
     assert any(name.endswith("/LICENSE") for name in names)
     assert "Requires-Dist: pyopencl[pocl]" in metadata
     assert "Requires-Python: >=3.10" in metadata

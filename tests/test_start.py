@@ -32,7 +32,7 @@ def _shapes(shift: float = 0.0) -> NDArray[np.float32]:
 
 @pytest.fixture(scope="module")
 def drawing(device: int) -> Drawing:
-    return vectorize(_shapes(), 3, options=Options(iterations=80), device=device).drawing
+    return vectorize(_shapes(), 3, options=Options(iterations=80, max_segments=4), device=device).drawing
 
 
 def test_the_first_loss_is_the_drawing_s_error(drawing: Drawing, device: int) -> None:

@@ -5,16 +5,18 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from livecl.drawing import Drawing, empty_drawing
 from livecl.image import over_background, read_image
-from livecl.svg import format_svg, parse_color, quantize, read_svg, save_svg
+from livecl.svg import LayerStyle, format_svg, parse_color, quantize, read_svg, save_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
@@ -65,19 +67,29 @@ def test_exact_text() -> None:
         subpath_offsets=[0, 4, 5],
         layer_offsets=[0, 1, 2],
         stages=[0, 1],
+        names=["", 'it\'s <"mine">'],
     )
     assert format_svg(drawing) == (
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" '
         'width="30" height="20" viewBox="0 0 30 20">\n'
         '  <rect id="background" width="30" height="20" fill="#ffffff"/>\n'
         '  <g inkscape:groupmode="layer" inkscape:label="stage 1" id="stage-1">\n'
-        '    <path id="layer-1" fill="#ff0000" fill-rule="nonzero" '
-        'd="M 1 2 C 2 2 3 2 4 2 4 3 4 4 4 5 3 5 2 5 1 5 1 4 1 3 1 2 Z"/>\n'
+        '    <path id="layer-00-red-top-left" inkscape:label="layer-00 red top left" fill="#ff0000" '
+        'd="M1 2c1 0 2 0 3 0 0 1 0 2 0 3-1 0-2 0-3 0 0-1 0-2 0-3Z"/>\n'
         "  </g>\n"
         '  <g inkscape:groupmode="layer" inkscape:label="stage 2" id="stage-2">\n'
-        '    <path id="layer-2" fill="#336699" fill-opacity="0.50196" fill-rule="nonzero" '
-        'd="M 0 5.5 C 6.25 7 8.123 9 0 5.5 Z"/>\n'
+        '    <path id="it-s-mine-" inkscape:label="it\'s &lt;&quot;mine&quot;&gt;" '
+        'fill="#336699" fill-opacity=".50196" d="M0 5.5c6.25 1.5 8.123 3.5 0 0Z"/>\n'
         "  </g>\n"
+        "</svg>\n"
+    )
+    assert format_svg(drawing, 1, "plain") == (
+        '<svg xmlns="http://www.w3.org/2000/svg" width="30" height="20" viewBox="0 0 30 20">\n'
+        '  <rect id="background" width="30" height="20" fill="#ffffff"/>\n'
+        '  <path id="layer-00-red-top-left" fill="#ff0000" '
+        'd="M1 2c1 0 2 0 3 0 0 1 0 2 0 3-1 0-2 0-3 0 0-1 0-2 0-3Z"/>\n'
+        '  <path id="it-s-mine-" fill="#336699" fill-opacity=".50196" d="M0 5.5c6.2 1.5 8.1 3.5 0 0Z">'
+        '<title>it\'s &lt;"mine"&gt;</title></path>\n'
         "</svg>\n"
     )
 
@@ -91,8 +103,8 @@ def test_structure_of_a_larger_drawing() -> None:
     assert [group.get(f"{INKSCAPE}label") for group in groups] == ["stage 1", "stage 2", "stage 1", "stage 8"]
     assert {group.get(f"{INKSCAPE}groupmode") for group in groups} == {"layer"}
     paths = root.findall(f".//{SVG}path")
-    assert [path.get("id") for path in paths] == [f"layer-{n}" for n in range(1, 6)]
-    assert {path.get("fill-rule") for path in paths} == {"nonzero"}
+    assert [path.get(f"{INKSCAPE}label") for path in paths] == list(drawing.labels)
+    assert [path.get("id") for path in paths] == [label.replace(" ", "-") for label in drawing.labels]
     data = [path.get("d", "") for path in paths]
     assert [d.count("M") for d in data] == [d.count("Z") for d in data] == np.diff(drawing.layer_offsets).tolist()
     ids = [element.get("id") for element in root.iter() if "id" in element.attrib]
@@ -108,8 +120,60 @@ def test_round_trip_is_exact(precision: int, background: bool) -> None:
         text = format_svg(drawing, precision)
         back = read_svg(text.encode())
         assert_equal(back, held)
+        assert back.names == held.labels
         assert format_svg(back, precision) == text
         assert format_svg(held, precision) == text
+
+
+@pytest.mark.parametrize("precision", range(10))
+def test_round_trip_of_plain_files_keeps_all_but_stages(precision: int) -> None:
+    drawing = random_drawing(precision, spread=99).replace(names=["", "eye", "eye", " left  eye ", "layer-3-x"])
+    text = format_svg(drawing, precision, "plain")
+    assert "inkscape" not in text and "<g" not in text
+    back = read_svg(text.encode())
+    held = quantize(drawing, precision)
+    assert_equal(back, held.replace(stages=np.zeros(5)))
+    assert back.names == held.labels
+    assert format_svg(back, precision, "plain") == text
+
+
+@settings(deadline=None, derandomize=True)
+@given(st.lists(st.text(), min_size=1, max_size=5), st.sampled_from(["inkscape", "plain"]))
+def test_any_name_comes_back(names: list[str], layers: LayerStyle) -> None:
+    """Names of hostile files: quotes, markup, control characters, surrogates, and the forms of this program's ids."""
+    names += ["background", "stage-1", "layer-0", "layer-00-red-left", "layer-00 red left", "]]><x/>", "a\0\n\ud800b"]
+    drawing = drawing_of(
+        points=np.tile(square(1, 1, 5), (len(names), 1, 1)),
+        colors=len(names) * [(1, 0, 0, 1)],
+        size=(9, 9),
+        names=names,
+    )
+    text = format_svg(drawing, layers=layers)
+    back = read_svg(text.encode())
+    assert back.names == drawing.labels
+    assert back.background is not None
+    assert format_svg(back, layers=layers) == text
+    ids = [element.get("id") for element in ElementTree.fromstring(text).iter() if "id" in element.attrib]
+    assert len(ids) == len(set(ids))
+
+
+def test_a_layer_called_background_stays_a_layer() -> None:
+    drawing = drawing_of(
+        points=square(0, 0, 9), colors=[[1, 1, 1, 1]], size=(9, 9), background=None, names=["background"]
+    )
+    for layers in get_args(LayerStyle):
+        back = read_svg(format_svg(drawing, layers=layers).encode())
+        assert (back.background, back.names) == (None, ("background",))
+
+
+def test_long_and_far_outlines_are_written_absolute() -> None:
+    """Where sums in float64 could stray from the written decimal, and only there."""
+    rng = np.random.default_rng(0)
+    for count, far, letter in ((2000, 100, "c"), (2000, 1e4, "C"), (3, 1e6, "C"), (30, 1e4, "c")):
+        drawing = drawing_of(points=rng.uniform(-far, far, (count, 3, 2)), colors=[[0, 0, 0, 1]], size=(9, 9))
+        text = format_svg(drawing)
+        assert re.findall("[cC]", re.findall(' d="([^"]*)"', text)[0]) == [letter]
+        assert_equal(read_svg(text.encode()), quantize(drawing))
 
 
 def test_every_opacity_and_level_comes_back() -> None:
@@ -169,6 +233,11 @@ def test_wrong_precision(precision: int) -> None:
         format_svg(random_drawing(0), precision)
 
 
+def test_wrong_layers() -> None:
+    with pytest.raises(ValueError, match="layers: got 'flat', wanted one of inkscape, plain"):
+        format_svg(random_drawing(0), layers="flat")  # type: ignore[arg-type]
+
+
 def test_save(tmp_path: Path) -> None:
     drawing, path = random_drawing(3), tmp_path / "out.svg"
     path.write_text("old")
@@ -176,6 +245,8 @@ def test_save(tmp_path: Path) -> None:
     assert path.read_bytes() == format_svg(drawing, 1).encode()
     assert_equal(read_svg(path), quantize(drawing, 1))
     assert_equal(read_svg(str(path)), quantize(drawing, 1))
+    drawing.save_svg(path, 2, "plain")
+    assert path.read_text() == format_svg(drawing, 2, "plain")
     drawing.save_svg(path)
     assert path.read_text() == drawing._repr_svg_() == format_svg(drawing)
     assert list(tmp_path.iterdir()) == [path]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from livecl import bezier, svg_reader
+from livecl import bezier
 from livecl.drawing import Drawing
 from livecl.errors import SvgError
 from livecl.image import over_background, read_image
@@ -245,7 +245,8 @@ def test_use_symbol_and_nested_svg() -> None:
         '<defs><g id="a" fill="red"><rect x="1" y="2" width="3" height="4"/></g>'
         '<symbol id="s" viewBox="0 0 6 8"><rect x="1" y="2" width="3" height="4"/></symbol></defs>'
         '<use xlink:href="#a" x="10" y="20"/><use href="#s" width="12" height="16" fill="#0f0"/>'
-        '<svg x="50" y="60" width="60" height="80" viewBox="0 0 6 8"><use href="#a" transform="scale(2)"/></svg>'
+        '<svg x="50" y="60" width="60" height="80" viewBox="0 0 6 8" overflow="visible">'
+        '<use href="#a" transform="scale(2)"/></svg>'
     )
     assert_points(drawing, shifted(SQUARE, 10, 20), SQUARE * 2, shifted(SQUARE * 20, 50, 60))
     np.testing.assert_array_equal(drawing.colors, [[1, 0, 0, 1], [0, 1, 0, 1], [1, 0, 0, 1]])
@@ -268,7 +269,9 @@ RECT = '<rect width="9" height="9" {}/>'
         ('fill="inherit"', (0, 0.5, 0, 1)),
         ('class="warm"', (1, 0, 0, 1)),
         ('class="cold warm" fill="lime"', (0, 0, 1, 1)),
-        ('id="named" class="cold"', (1, 1, 0, 1)),
+        ('id="named"', (1, 1, 0, 1)),
+        ('id="named" class="cold" style="fill:lime"', (0, 0, 1, 1)),
+        ('class="warm" style="fill:lime!important"', (0, 1, 0, 1)),
     ],
 )
 def test_colours(attributes: str, rgba: Sequence[float]) -> None:
@@ -415,84 +418,59 @@ def test_shown_like_the_original(body: str) -> None:
     np.testing.assert_allclose(saved, shown, atol=0.07)  # one step of resvg's 16 levels of coverage
 
 
-@pytest.mark.parametrize(
-    ("body", "words"),
-    [
-        ('<path id="p" fill="red"/>', "<path id='p'>: has no path data"),
-        ('<path d="M0 0L1e400 3 5 5z"/>', "not finite"),
-        ('<path d="M0 0L3 3L-1e309 5z"/>', "not finite"),
-        ('<path d="M0 0LNaN 3z"/>', "cannot be read"),
-        ('<path d="M0 0L5"/>', "cannot be read"),
-        ('<path d="M0 0C1 2 3 4 5 Z"/>', "cannot be read"),
-        ('<path d="M0 0L5 5 . Z"/>', "cannot be read"),
-        ('<path d="M0 0H"/>', "path data"),
-        ('<path d="M0 0h"/>', "path data"),
-        ('<path d="L5 5 6 7z"/>', "cannot be read"),
-        ('<path d="garbage"/>', "cannot be read"),
-        ('<polygon points="0 0 5 5 a 9"/>', "cannot be read"),
-        ('<rect width="abc" height="5"/>', "length 'abc'"),
-        ('<rect width="1e999" height="5"/>', "not finite"),
-        ('<rect width="5" height="5" transform="matrix(1 2)"/>', "transform 'matrix(1 2)'"),
-        ('<rect width="5" height="5" transform="spin(3)"/>', "transform 'spin(3)'"),
-        ('<g transform="scale(1e300)"><rect width="1e300" height="5"/></g>', "not finite"),
-        ('<rect width="1e7" height="5"/>', "within"),
-        ('<use href="other.svg#a"/>', "outside the file"),
-        ('<g id="a"><use href="#a"/></g>', "nested deeper"),
-    ],
-)
-def test_refused_bodies(body: str, words: str) -> None:
-    with pytest.raises(SvgError) as caught:
-        read_svg(document(body))
-    assert words in str(caught.value)
-    assert str(caught.value).startswith("SVG data: ")
-    assert "\n" not in str(caught.value)
+def test_layers_that_leave_their_viewport_are_named() -> None:
+    inner = '<svg x="5" y="5" width="20" height="20"{}><rect width="{}" height="20"/></svg>'
+    assert read(inner.format("", 20)).num_layers == 1
+    assert read(inner.format(' overflow="visible"', 21)).num_layers == 1
+    assert left_out(inner.format("", 21))[1] == "clips (1)"
+    symbol = (
+        '<symbol id="s" viewBox="0 0 9 9"><rect width="10" height="5"/></symbol><use href="#s" width="9" height="9"/>'
+    )
+    assert left_out(symbol)[1] == "clips (1)"
 
 
-@pytest.mark.parametrize(
-    ("data", "words"),
-    [
-        (b"", "not a whole XML document"),
-        (b"hello", "not a whole XML document"),
-        (document("<g>")[:-3], "not a whole XML document"),
-        (b'<?xml version="1.0" encoding="foo"?><svg/>', "not a whole XML document"),
-        (b"<html/>", "wanted <svg>"),
-        (b"<svg/>", "states no size"),
-        (b'<svg width="5"/>', "states no size"),
-        (b'<svg width="-5" height="5"/>', "negative"),
-        (b'<svg width="1e6" height="2"/>', "32768"),
-        (b'<svg viewBox="0 0 0 5"/>', "viewBox"),
-        (b'<svg viewBox="0 0 nan 5"/>', "viewBox"),
-        (b'<svg viewBox="1 2 3"/>', "viewBox"),
-        (b'<!DOCTYPE svg [<!ENTITY a "b">]><svg width="9" height="9"/>', "entities"),
-        (b'<!DOCTYPE svg [<!ENTITY a SYSTEM "file:///etc/passwd">]><svg width="9" height="9">&a;</svg>', "entities"),
-        (b'<!DOCTYPE svg [<!ENTITY % a SYSTEM "http://localhost/x">%a;]><svg/>', "entities"),
-        ('<!DOCTYPE svg [<!ENTITY a "b">]><svg width="9" height="9"/>'.encode("utf-16"), "entities"),
-        (b'<!DOCTYPE svg SYSTEM "file:///etc/passwd"><svg width="9" height="9"/>', "another file"),
-        (b'<?xml-stylesheet href="a.css"?><svg width="9" height="9"/>', "another file"),
-    ],
-)
-def test_refused_documents(data: bytes, words: str) -> None:
-    with pytest.raises(SvgError, match=words) as caught:
-        read_svg(data)
-    assert "\n" not in str(caught.value)
+def test_use_states_the_size_of_an_svg() -> None:
+    drawing = read(
+        '<defs><svg id="s" viewBox="0 0 2 2" width="9"><rect width="2" height="2"/></svg></defs>'
+        '<use href="#s" x="1" width="10" height="10"/>'
+    )
+    assert_points(drawing, lines((1, 0), (11, 0), (11, 10), (1, 10)))
 
 
-def test_bombs_of_use_elements_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(svg_reader, "MAX_ELEMENTS", 500)
-    levels = "".join(f'<g id="l{i + 1}">' + f'<use href="#l{i}"/>' * 10 + "</g>" for i in range(12))
-    with pytest.raises(SvgError, match="elements"):
-        read_svg(document(f'<rect id="l0" width="5" height="5"/>{levels}'))
+def test_switch_shows_the_first_that_fits() -> None:
+    drawing = read(
+        '<switch><foreignObject requiredExtensions="x"/><rect systemLanguage="de, fr" width="1" height="1"/>'
+        '<rect systemLanguage="de,en-GB" width="2" height="2"/><rect width="3" height="3"/></switch>'
+    )
+    assert_points(drawing, lines((0, 0), (2, 0), (2, 2), (0, 2)))
 
 
-def test_size_limits(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    path = tmp_path / "large.svg"
-    path.write_bytes(document('<path d="M1 2H4V6H1z"/>'))
-    monkeypatch.setattr(svg_reader, "MAX_PATH_DATA", 5)
-    with pytest.raises(SvgError, match="simplify"):
-        read_svg(path)
-    monkeypatch.setattr(svg_reader, "MAX_BYTES", 20)
-    with pytest.raises(SvgError, match="larger than"):
-        read_svg(path)
+def test_transform_origins_are_named() -> None:
+    assert read(RECT.format('transform-origin="5 5"')).num_layers == 1
+    assert left_out(RECT.format('transform-origin="5 5" transform="rotate(9)"'))[1] == "transform origins (1)"
+
+
+def test_at_rules_do_not_swallow_the_rule_behind_them() -> None:
+    sheet = '<style>@charset "utf-8"; @import url(a.css); rect {{fill: red}}</style>'
+    drawing, names = left_out(sheet.replace("{{", "{").replace("}}", "}") + RECT.format(""))
+    assert names == "style rules (1)"
+    np.testing.assert_array_equal(drawing.colors, [[1, 0, 0, 1]])
+
+
+def test_names() -> None:
+    """The label, or the title, or the id; without line breaks, and with the spaces of this program's own ids."""
+    bodies = {
+        '<rect {} id="a" inkscape:label="the &lt;b&gt; layer"><title>t</title></rect>': "the <b> layer",
+        '<rect {} id="a"><title> some\n <tspan>title</tspan></title></rect>': "some title",
+        '<rect {} id="a"><title> </title></rect>': "a",
+        '<rect {} id="layer-07-dark-blue-left"/>': "layer-07 dark blue left",
+        "<rect {}/>": "",
+    }
+    drawing = read(
+        "".join(bodies).replace("{}", 'width="5" height="5"'),
+        'width="9" height="9" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"',
+    )
+    assert drawing.names == tuple(bodies.values())
 
 
 def test_errors_and_warnings_name_the_file(tmp_path: Path) -> None:

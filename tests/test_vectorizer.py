@@ -106,6 +106,7 @@ CHANGES: dict[str, tuple[Options, dict[str, Any]]] = {
     "shape": (QUICK, {"shape": "random"}),
     "shape by fit": (QUICK, {"shape": "outline"}),
     "holes": (Options(iterations=2, revisions=0), {"holes": False}),
+    "merge": (Options(iterations=2, revisions=0), {"merge": False}),
     "settle": (QUICK, {"settle": 0.1}),
     "revisions": (Options(iterations=10, revisions=0), {"revisions": 3}),
     "prune": (Options(iterations=2, revisions=0), {"prune": 0.1}),
@@ -135,7 +136,7 @@ def _ring() -> NDArray[np.float64]:
 @pytest.mark.parametrize("name", CHANGES)
 def test_every_option_changes_the_result(name: str, device: int) -> None:
     base, changes = CHANGES[name]
-    image = _ring() if name == "holes" else SMALL
+    image = _ring() if name in ("holes", "merge") else SMALL
     results = [vectorize(image, 3, [1, 2], dataclasses.replace(base, **c), device).svg for c in ({}, changes)]
     assert results[0] != results[1]
 

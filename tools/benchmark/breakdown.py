@@ -21,7 +21,7 @@ import numpy as np
 #: Host steps: label, module, function. What a checkout does not have is left out, and its time counts as `other`.
 HOST_STEPS = (
     ("pieces", "livecl.training", "choose_pieces"),
-    ("pieces", "livecl.objective", "Objective._distance_weight"),
+    ("pieces", "livecl.objective", "Objective._distance_pieces"),
     ("Xing", "livecl.objective", "Objective._xing"),
     ("Adam", "livecl.training", "move"),
     ("upload", "livecl.scene", "Scene.load"),

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the command line says on standard error: errors, warnings, the log, the lines at the end."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import sys
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+
+def say(message: str) -> None:
+    """Write a line to standard error, above a progress bar that may stand there."""
+    from tqdm import tqdm
+
+    tqdm.write(message, file=sys.stderr)
+
+
+def complain(message: str) -> None:
+    """Write the line that says why the work could not be done."""
+    say(f"livecl: error: {' '.join(message.split())}")
+
+
+class _Handler(logging.Handler):
+    def emit(self, record: logging.LogRecord) -> None:
+        level = "" if record.levelno < logging.WARNING else f"{record.levelname.lower()}: "
+        say(f"livecl: {level}{record.getMessage()}")
+
+
+@contextlib.contextmanager
+def messages(*, quiet: bool, verbose: bool) -> Iterator[None]:
+    """Have the library's log and its warnings go to standard error, one line each, for a while.
+
+    Parameters
+    ----------
+    quiet, verbose : bool
+        Neither log nor warnings; the log's course of the work besides its warnings.
+    """
+    log, handler = logging.getLogger("livecl"), _Handler()
+    level = log.level
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        if not quiet:
+            say(f"livecl: warning: {message}")
+
+    with warnings.catch_warnings():
+        warnings.showwarning = show
+        log.addHandler(handler)
+        log.setLevel(logging.CRITICAL if quiet else logging.INFO if verbose else logging.WARNING)
+        try:
+            yield
+        finally:
+            log.removeHandler(handler)
+            log.setLevel(level)

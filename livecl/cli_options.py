@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The method's parameters as arguments of the command line, made from the fields of `Options` and its docstring."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import dataclasses
+import inspect
+import re
+from collections.abc import Callable
+from typing import Any, get_args, get_type_hints
+
+from livecl.options import PRESETS, Options
+
+_METAVARS = {int: "N", float: "X", str: "COLOR"}
+
+
+def add_method(add: Callable[..., argparse.Action]) -> None:
+    """Add an argument for each field, without a default: that is the preset's."""
+    described = field_descriptions()
+    hints = get_type_hints(Options)
+    for field in dataclasses.fields(Options):
+        default = str(field.default).lower() if hints[field.name] is bool else field.default
+        text = f"{described.get(field.name, '')} (default: {default})".strip().replace("%", "%%")
+        option = f"--{field.name.replace('_', '-')}"
+        if hints[field.name] is bool:
+            add(option, action=argparse.BooleanOptionalAction, default=None, help=text)
+        elif choices := get_args(hints[field.name]):
+            add(option, choices=choices, help=text)
+        else:
+            kind = hints[field.name]
+            add(option, type=_converter(field.name, kind), metavar=_METAVARS[kind], help=text)
+
+
+def given_options(arguments: argparse.Namespace) -> Options:
+    """Return the options: the preset's, with what the arguments change.
+
+    Raises
+    ------
+    ValueError
+        If they do not go together.
+    """
+    make = PRESETS[arguments.preset]
+    names = [field.name for field in dataclasses.fields(Options)]
+    given = {name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None}
+    if arguments.placement == "random" and make().shape == "outline":  # there is no region to fit an outline to
+        given.setdefault("shape", "circle")
+    return make(**given)
+
+
+def field_descriptions() -> dict[str, str]:
+    """Return what the docstring of `Options` says of each field; nothing where docstrings are stripped."""
+    text = inspect.getdoc(Options) or ""
+    section = re.search(r"^Parameters\n-+\n(.*?)(?:\n\n\w|\Z)", text, re.DOTALL | re.MULTILINE)
+    described = {}
+    for names, lines in re.findall(r"^(\w[\w, ]*?) : .*\n((?: +.*\n?)+)", section[1] if section else "", re.MULTILINE):
+        for name in names.split(", "):
+            described[name] = " ".join(lines.split()).replace("`", "").removesuffix(".")
+    return described
+
+
+def _converter(name: str, kind: type) -> Callable[[str], Any]:
+    """Return a converter of text to a field's value, which refuses what `Options` refuses for that field by itself."""
+
+    def convert(text: str) -> Any:
+        value: Any = text
+        with contextlib.suppress(ValueError):  # it stays text, which is refused below
+            value = kind(text)
+        try:
+            Options(**{name: value})
+        except ValueError as error:
+            reason = str(error).removeprefix(f"{name}: ")
+            reason = re.sub(r"^got .*?, wanted", f"got {text!r}, wanted", reason)
+            raise argparse.ArgumentTypeError(reason) from error
+        return value
+
+    return convert

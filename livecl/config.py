@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Options in a TOML file: read for the command line, and written so that what is written reads back."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+
+def read_config(path: str | os.PathLike[str], known: Iterable[str]) -> dict[str, Any]:
+    """Read a file of options.
+
+    Parameters
+    ----------
+    path : path
+        The TOML file: keys and values, no tables.
+    known : iterable of str
+        Keys that it may have.
+
+    Returns
+    -------
+    dict
+        Values by key: bool, int, float, text, or a list of these.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read, or holds another key; the message names the known one that is nearest.
+    """
+    name, known = os.fspath(path), sorted(known)
+    try:
+        values = tomllib.loads(Path(path).read_bytes().decode())
+    except OSError as error:
+        raise ValueError(f"{name}: cannot be read ({error.strerror or error})") from error
+    except ValueError as error:  # tomllib's, and of text that is no UTF-8
+        raise ValueError(f"{name}: is not TOML: {error}") from error
+    for key, value in values.items():
+        if key not in known:
+            near = difflib.get_close_matches(key.replace("-", "_"), known, n=1, cutoff=0.5)
+            wanted = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
+            raise ValueError(f"{name}: no option {key!r}; {wanted}")
+        for item in value if isinstance(value, list) else [value]:
+            if not isinstance(item, (bool, int, float, str)):
+                raise ValueError(f"{name}: {key}: got {item!r}, wanted a number, text, true or false")
+    return values
+
+
+def format_config(values: Mapping[str, Any]) -> str:
+    """Return options as TOML, one a line; None is left out.
+
+    >>> print(format_config({"paths": 8, "loss": "mse", "untangle": True, "device": None}), end="")
+    paths = 8
+    loss = "mse"
+    untangle = true
+    """
+    # Numbers, lists of numbers, true, false and double-quoted text are written the same way in JSON and in TOML.
+    lines = [f"{key} = {json.dumps(value)}\n" for key, value in values.items() if value is not None]
+    return "".join(lines)

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Course`: how a drawing came to be, kept while it is learned, and shown as a film."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeVar
+
+from livecl.animation import save_gif
+from livecl.drawing import Drawing
+from livecl.film import save_mp4
+from livecl.frames import render_frames
+from livecl.result import Result
+from livecl.vectorizer import LEAST_IMPROVEMENT, Step
+
+#: Longer side, px, that smaller drawings are enlarged to in a film, by a whole factor.
+LEAST_SIDE = 240
+
+Item = TypeVar("Item")
+
+
+@dataclasses.dataclass(frozen=True)
+class Frame:
+    """The drawing after a step: stage, from 0 on, and iteration, from 1 on."""
+
+    stage: int
+    iteration: int
+    drawing: Drawing
+
+
+class Course:
+    """Keeps drawings of a run: pass it as `on_step`.
+
+    A drawing takes a few kilobytes, and nothing is rendered but one picture at the end of each stage: it tells whether
+    a revision paid. Revisions that did not, and were taken back, are not part of the course.
+
+    Parameters
+    ----------
+    every : int
+        Keep the drawing after each so many steps, beside those after the first and the last step of each stage.
+    on_step : callable, optional
+        Another callback, which is called first; where it returns true the run stops.
+    """
+
+    def __init__(self, every: int = 10, *, on_step: Callable[[Step], bool | None] | None = None) -> None:
+        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
+            raise ValueError(f"every: got {every!r}, wanted a whole number of at least 1")
+        self.every = every
+        self._on_step = on_step
+        self._frames: list[Frame] = []
+        self._attempt: list[Frame] = []
+        self._error = float("inf")
+
+    def __call__(self, step: Step) -> bool | None:
+        """Keep the drawing, where it is its turn; return what the other callback returned."""
+        stopped = None if self._on_step is None else self._on_step(step)
+        last = step.iteration == step.iterations
+        if step.iteration == 1:
+            self._attempt = []
+        if step.iteration == 1 or last or step.iteration % self.every == 0:
+            # A stage that adds layers labels them with its number or, after a start from a drawing, a higher one.
+            revision = step.drawing.stages.max(initial=0) < step.stage
+            frames = self._attempt if revision else self._frames
+            frames.append(Frame(step.stage, step.iteration, step.drawing))
+            if last:
+                self._close(step.mse, revision)
+        return stopped
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """The drawings kept."""
+        return tuple(self._frames)
+
+    def drawings(self, *, step: int = 1, result: Result | None = None) -> list[Drawing]:
+        """Return each `step`-th drawing, and the last one: that of the result, where it is given.
+
+        Raises
+        ------
+        ValueError
+            If nothing has been kept, or `step` is below 1.
+        """
+        if isinstance(step, bool) or not isinstance(step, int) or step < 1:
+            raise ValueError(f"step: got {step!r}, wanted a whole number of at least 1")
+        kept = [frame.drawing for frame in self._frames]
+        if result is not None:
+            kept.append(result.drawing)
+        if not kept:
+            raise ValueError("course: it is empty; pass it to livecl.vectorize as on_step")
+        chosen = kept[::step]
+        return chosen if chosen[-1] is kept[-1] else [*chosen, kept[-1]]
+
+    def save_gif(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        result: Result | None = None,
+        step: int = 1,
+        fps: float = 20.0,
+        hold: float = 2.0,
+        scale: float | None = None,
+        device: int | str | None = None,
+    ) -> None:
+        """Write the course as a GIF that starts anew when it is over, replacing an existing file atomically.
+
+        Parameters
+        ----------
+        path : path
+            File to write.
+        result : Result, optional
+            What the run returned; its drawing is shown last.
+        step : int
+            Show each so-manyth of the drawings kept.
+        fps : float
+            Drawings a second, 50 at most.
+        hold : float
+            Time, s, that the last drawing stays.
+        scale : float, optional
+            Pixels of the film for each px of the canvas; where not given, 1, or the whole number that brings a smaller
+            drawing's longer side near 240.
+        device : int, str or None
+            OpenCL device that renders.
+
+        Raises
+        ------
+        ValueError
+            If nothing has been kept, or a number is out of range.
+        """
+        drawings = self.drawings(step=step, result=result)
+        _check_rate(fps, 50)
+        # Equal pictures in a row become one that is shown longer.
+        drawings += [drawings[-1]] * round(hold * fps)
+        save_gif(path, drawings, seconds_per_frame=1 / fps, scale=scale or _scale_for(drawings[0]), device=device)
+
+    def save_mp4(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        result: Result | None = None,
+        step: int = 1,
+        fps: float = 20.0,
+        hold: float = 2.0,
+        scale: float | None = None,
+        device: int | str | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> None:
+        """Write the course as an MP4 film, replacing an existing file atomically.
+
+        Parameters
+        ----------
+        path, result, step, fps, hold, scale, device
+            As for :meth:`save_gif`; any `fps` goes.
+        progress : callable, optional
+            Called with the number of pictures done and that of all.
+
+        Raises
+        ------
+        ValueError
+            If nothing has been kept, or a number is out of range.
+        LiveclError
+            If ffmpeg is not there, which comes with the extra ``video``, or fails.
+        """
+        drawings = self.drawings(step=step, result=result)
+        pictures = render_frames(drawings, scale or _scale_for(drawings[0]), device)
+        save_mp4(path, _reporting(pictures, len(drawings), progress), fps=fps, hold=hold)
+
+    def _close(self, error: float, revision: bool) -> None:
+        """End a stage; a revision belongs to the course if the run keeps it."""
+        if not revision or error < (1 - LEAST_IMPROVEMENT) * self._error:
+            self._error = error
+            self._frames += self._attempt
+        self._attempt = []
+
+
+def _scale_for(drawing: Drawing) -> float:
+    return float(max(1, LEAST_SIDE // max(drawing.size)))
+
+
+def _check_rate(fps: float, most: float) -> None:
+    if not 0 < fps <= most:
+        raise ValueError(f"fps: got {fps!r}, wanted more than 0 and at most {most:g} pictures a second")
+
+
+def _reporting(items: Iterable[Item], count: int, progress: Callable[[int, int], None] | None) -> Iterator[Item]:
+    for done, item in enumerate(items, start=1):
+        yield item
+        if progress is not None:
+            progress(done, count)

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures one after the other as a film: MP4 through ffmpeg."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.errors import LiveclError
+from livecl.files import write_atomically
+
+#: x264's constant rate factor: 18 and less is taken for visually lossless.
+RATE_FACTOR = 18
+
+
+def save_mp4(
+    path: str | os.PathLike[str],
+    pictures: Iterable[ArrayLike],
+    *,
+    fps: float = 20.0,
+    hold: float = 0.0,
+) -> None:
+    """Write pictures as an MP4 film (H.264, which every browser plays), replacing an existing file atomically.
+
+    Parameters
+    ----------
+    path : path
+        File to write.
+    pictures : iterable of (H, W, 3) array_like
+        RGB in [0, 1], one or more of one size; they are taken as they are needed. The format has even sides only: odd
+        ones repeat their last row or column.
+    fps : float
+        Pictures a second.
+    hold : float
+        Time, s, that the last picture stays beyond its own.
+
+    Raises
+    ------
+    ValueError
+        If there are no pictures, their sizes differ, or a number is out of range.
+    LiveclError
+        If ffmpeg is not there, which comes with the extra ``video``, or fails.
+    """
+    try:
+        import imageio_ffmpeg
+    except ImportError as error:
+        raise LiveclError("an MP4 film needs ffmpeg: pip install 'livecl[video]'") from error
+    if not 0 < fps <= 1000:
+        raise ValueError(f"fps: got {fps!r}, wanted more than 0 and at most 1000 pictures a second")
+    if not 0 <= hold <= 3600:
+        raise ValueError(f"hold: got {hold!r}, wanted 0 to 3600 seconds")
+    frames = map(_even_bytes, pictures)
+    first = next(frames, None)
+    if first is None:
+        raise ValueError("pictures: got none, wanted at least one")
+    with tempfile.TemporaryDirectory() as folder:
+        film = Path(folder) / "film.mp4"
+        writer = imageio_ffmpeg.write_frames(
+            film,
+            (first.shape[1], first.shape[0]),
+            fps=fps,
+            codec="libx264",
+            pix_fmt_out="yuv420p",
+            quality=None,
+            macro_block_size=2,
+            ffmpeg_log_level="error",
+            # Bit-exact: without the encoder's version, so that the same pictures give the same bytes.
+            output_params=["-crf", str(RATE_FACTOR), "-fflags", "+bitexact", "-flags:v", "+bitexact"],
+        )
+        try:
+            writer.send(None)
+            last = first
+            for frame in itertools.chain([first], frames):
+                if frame.shape != first.shape:
+                    raise ValueError(f"pictures: shape {frame.shape}, wanted that of the first, {first.shape}")
+                writer.send(frame)
+                last = frame
+            for _ in range(round(hold * fps)):
+                writer.send(last)
+        except OSError as error:
+            raise LiveclError(f"ffmpeg failed: {error}") from error
+        finally:
+            writer.close()
+        write_atomically(path, film.read_bytes())
+
+
+def _even_bytes(picture: ArrayLike) -> NDArray[np.uint8]:
+    pixels = np.asarray(picture)
+    if pixels.ndim != 3 or pixels.shape[2] != 3 or not pixels.size:
+        raise ValueError(f"pictures: shape {pixels.shape}, wanted (H, W, 3)")
+    padded = np.pad(pixels, [(0, pixels.shape[0] % 2), (0, pixels.shape[1] % 2), (0, 0)], mode="edge")
+    return np.ascontiguousarray(np.rint(np.clip(padded, 0, 1) * 255).astype(np.uint8))

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the command line writes beside the SVG: report, sheet, plot, films; and what it refuses before the work."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from livecl import cli
+from livecl.image import save_image
+
+SHORT = ["in.png", "-o", "out.svg", "--paths", "2", "--iterations", "6", "--revisions", "0", "-q"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    image = np.ones((24, 30, 3))
+    image[5:18, 4:20] = (0.9, 0.2, 0.1)
+    image[9:14, 14:27] = (0.1, 0.2, 0.8)
+    save_image("in.png", image)
+    return tmp_path
+
+
+def test_all_are_written(folder: Path) -> None:
+    outputs = ["--report", "r.html", "--sheet", "s.png", "--gif", "g.gif", "--frame-step", "3", "--plot", "p.svg"]
+    assert cli.main([*SHORT, *outputs, "--mp4", "m.mp4"]) == 0
+    page = Path("r.html").read_text()
+    assert "in.png" in page
+    assert "--frame-step" in page  # the command to repeat it
+    with Image.open("s.png") as sheet:
+        assert sheet.width > 2 * 30
+    with Image.open("g.gif") as film:
+        # Steps 1, 3 and 6 of both stages; pictures that are equal are one.
+        assert 3 <= getattr(film, "n_frames", 1) <= 6
+    assert "<svg" in Path("p.svg").read_text()
+    assert Path("m.mp4").read_bytes()[4:8] == b"ftyp"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--gif", "g.png"], "--gif: got g.png, wanted a name that ends in .gif"),
+        (["--plot", "p.pdf"], "--plot: got p.pdf, wanted a name that ends in .png or .svg"),
+        (["--sheet", "in.png"], "in.png: is the picture itself"),
+        (["--report", "out.svg"], "out.svg: two outputs would go to this file"),
+        (["--report", "no/r.html"], "no/r.html: the folder no does not exist"),
+        (["--frame-step", "0"], "wanted a whole number of at least 1"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_first(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([*SHORT, *arguments]) == 2
+    assert message in capsys.readouterr().err
+    assert not Path("out.svg").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "extra"), [(["--plot", "p.png"], "livecl[plots]"), (["--mp4", "m.mp4"], "livecl[video]")]
+)
+def test_a_missing_extra_is_named(
+    arguments: list[str], extra: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    assert cli.main([*SHORT, *arguments]) == 2
+    assert f"pip install '{extra}'" in capsys.readouterr().err

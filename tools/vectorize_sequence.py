@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Vectorize pictures that follow each other: each drawing starts from the one before, so layers keep their identity."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from animations.inputs import (
+    BadInputError,
+    Parser,
+    add_method_arguments,
+    check_device,
+    method,
+    read_input,
+    run,
+    say,
+    whole,
+)
+from animations.outputs import add_output_arguments, check_output, write_drawings
+from tqdm import tqdm
+
+import livecl
+from livecl.sequences import vectorize_sequence
+
+SUFFIXES = {".png", ".jpg", ".jpeg", ".webp", ".gif", ".bmp", ".tif", ".tiff"}
+EPILOG = """\
+examples:
+  vectorize_sequence.py frames/*.png --paths 4 -o out.svg
+  vectorize_sequence.py frames --refine-iterations 100 -o drawings
+
+exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted.
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    return run(work, argv)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    parser = Parser(
+        description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
+    )
+    parser.add_argument(
+        "frames", nargs="+", type=Path, metavar="FRAMES", help="pictures of one size, in order, or folders of them"
+    )
+    add_output_arguments(parser, seconds=2.0)
+    add_method_arguments(parser)
+    parser.add_argument(
+        "--refine-iterations",
+        type=whole(1),
+        metavar="N",
+        help="iterations for each picture but the first (default: those of a stage)",
+    )
+    parser.add_argument(
+        "--add-paths",
+        type=whole(0),
+        default=0,
+        metavar="N",
+        help="paths added for a picture that needs more (default: 0)",
+    )
+    return parser
+
+
+def work(argv: Sequence[str] | None) -> None:
+    """Read, vectorize, write."""
+    arguments = build_parser().parse_args(argv)
+    paths = [path for given in arguments.frames for path in pictures_of(given)]
+    check_output(arguments.output, paths)
+    check_device(arguments)
+    images = [read_input(livecl.read_image, path) for path in paths]
+    for path, image in zip(paths, images, strict=True):
+        if image.shape[:2] != images[0].shape[:2]:
+            raise BadInputError(f"{path}: is of {image.shape[:2]} px, wanted {images[0].shape[:2]} as {paths[0]}")
+    options, schedule = method(arguments)
+    with tqdm(images, unit="picture", disable=True if arguments.quiet else None, leave=False) as bar:
+        result = vectorize_sequence(
+            bar,
+            paths=arguments.paths,
+            schedule=schedule,
+            options=options,
+            refine_iterations=arguments.refine_iterations,
+            add_paths=arguments.add_paths,
+            device=arguments.device,
+            seed=arguments.seed,
+        )
+    write_drawings(arguments.output, result.drawings, arguments)
+    say(
+        f"{arguments.output}: {len(paths)} drawings of {result.drawings[0].num_layers} layers, "
+        f"MSE {max(result.mse):.3g} at most, {sum(result.seconds):.1f} s",
+        arguments,
+    )
+
+
+def pictures_of(path: Path) -> list[Path]:
+    """Return the pictures of a folder, by name, or the file itself."""
+    if not path.is_dir():
+        return [path]
+    pictures = sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES)
+    if not pictures:
+        raise BadInputError(f"{path}: holds no pictures")
+    return pictures
+
+
+if __name__ == "__main__":
+    sys.exit(main())
