@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A variational autoencoder (Kingma and Welling 2014) of small grey pictures, and paths between their latents.
+"""A variational autoencoder (Kingma and Welling 2014) of small grey pictures.
 
 The encoder turns a picture x into the mean and log variance of Gaussian latents z, the decoder turns latents into the
 logits of the pixels. Both are dense layers with SiLU between them. Trained is
@@ -190,65 +190,6 @@ class Vae:
         if not (pixels.min() >= 0 and pixels.max() <= 1):
             raise ValueError(f"images: from {pixels.min():g} to {pixels.max():g}, wanted within [0, 1]")
         return pixels.reshape(len(pixels), -1)
-
-
-def interpolate_latents(model: Vae, a: ArrayLike, b: ArrayLike, count: int) -> FloatArray:
-    """Return pictures on the way from one picture to another, through the latents.
-
-    Parameters
-    ----------
-    model : Vae
-        A trained model.
-    a, b : (H, W) array_like
-        First and last picture, in [0, 1].
-    count : int
-        How many, the model's pictures of `a` and `b` included.
-
-    Returns
-    -------
-    (count, H, W) float64
-        The decoded latents ``(1 - t) mean_a + t mean_b``, t from 0 to 1 in even steps.
-
-    Notes
-    -----
-    Straight, as in the paper, not along a great circle: that keeps the length of *samples* of N(0, 1), which in many
-    dimensions lie near a sphere. The means of the encoder do not, and with about ten latents nothing does; and four
-    corners can be blended only on straight lines.
-    """
-    if count < 2:
-        raise ValueError(f"count: got {count}, wanted at least 2")
-    ends = model.encode(np.stack([np.asarray(a), np.asarray(b)]))[0]
-    t = np.linspace(0, 1, count)[:, None]
-    return model.decode((1 - t) * ends[0] + t * ends[1])
-
-
-def latent_grid(model: Vae, corners: ArrayLike, rows: int, columns: int) -> FloatArray:
-    """Return pictures between four, blended bilinearly through the latents.
-
-    Parameters
-    ----------
-    model : Vae
-        A trained model.
-    corners : (4, H, W) array_like
-        Pictures in the corners: top left, top right, bottom left, bottom right.
-    rows, columns : int
-        Pictures of the grid, the model's pictures of the corners included.
-
-    Returns
-    -------
-    (rows, columns, H, W) float64
-        The decoded latents.
-    """
-    for name, value in (("rows", rows), ("columns", columns)):
-        if value < 2:
-            raise ValueError(f"{name}: got {value}, wanted at least 2")
-    means = model.encode(corners)[0]
-    if len(means) != 4:
-        raise ValueError(f"corners: {len(means)} pictures, wanted 4")
-    down, across = np.linspace(0, 1, rows), np.linspace(0, 1, columns)
-    vertical, horizontal = np.stack([1 - down, down]), np.stack([1 - across, across])
-    latents = np.einsum("ir,jc,ijz->rcz", vertical, horizontal, means.reshape(2, 2, -1))
-    return model.decode(latents.reshape(rows * columns, -1)).reshape(rows, columns, *model.size)
 
 
 def _shapes(size: tuple[int, int], hidden: tuple[int, ...], num_latents: int) -> list[tuple[int, int]]:

@@ -14,7 +14,8 @@ from scipy.integrate import trapezoid
 from livecl import vae_layers
 from livecl.digit_strokes import draw_digits
 from livecl.errors import LiveclError
-from livecl.vae import Loss, Vae, interpolate_latents, latent_grid
+from livecl.vae import Loss, Vae
+from livecl.vae_pictures import LIMIT, enlarge, interpolate_latents, latent_grid
 from livecl.vae_training import Training, train_vae
 
 #: Of a gradient's length: what tests/reference/differences.py says of its error, for sums of about unit size.
@@ -233,6 +234,25 @@ def test_grid(digits: np.ndarray, model: Vae) -> None:
     np.testing.assert_allclose(grid[:, -1], interpolate_latents(model, digits[1], digits[3], 3), atol=1e-13)
 
 
+def test_enlarging_a_flat_picture() -> None:
+    grey = np.linspace(0, 1, 5)
+    flat = np.broadcast_to(grey[:, None, None], (5, 4, 4))
+    # Black and white stay so; between them, what the cut-off at exp(-LIMIT) is worth.
+    np.testing.assert_allclose(enlarge(flat, 9)[:, 3, 3], grey, atol=2 * np.exp(-LIMIT))
+    np.testing.assert_allclose(enlarge(flat, 9)[[0, 4], 3, 3], [0, 1], atol=1e-12)
+
+
+def test_enlarging_keeps_edges_in_place_and_sharp() -> None:
+    # A ramp of logits across an edge at x = 3.25 px of 8 is still there at x = 26 of 64, and as steep for each pixel
+    # of the small picture; cubic interpolation of a straight line is the line, away from the border.
+    picture = 1 / (1 + np.exp(-1.5 * (np.arange(8) + 0.5 - 3.25)))
+    larger = enlarge(np.tile(picture, (1, 8, 1)), 64)[0, 32]
+    x = (np.arange(64) + 0.5) / 8
+    near = (x > 2) & (x < 4.5)
+    expected = 1 / (1 + np.exp(-1.5 * (x - 3.25)))
+    np.testing.assert_allclose(larger[near], expected[near], atol=2 * np.exp(-LIMIT))
+
+
 def test_arguments(digits: np.ndarray, model: Vae) -> None:
     for call, message in (
         (lambda: model.encode(digits[0]), r"images: shape \(28, 28\), wanted \(B, 28, 28\)"),
@@ -244,6 +264,8 @@ def test_arguments(digits: np.ndarray, model: Vae) -> None:
         (lambda: latent_grid(model, digits[:4], 1, 2), "rows: got 1, wanted at least 2"),
         (lambda: latent_grid(model, digits[:4], 2, 1), "columns: got 1, wanted at least 2"),
         (lambda: latent_grid(model, digits[:3], 2, 2), "corners: 3 pictures, wanted 4"),
+        (lambda: enlarge(digits[0], 50), r"pictures: shape \(28, 28\), wanted \(B, H, W\)"),
+        (lambda: enlarge(digits, 0), "size: got 0, wanted at least 1"),
         (lambda: small(digits, steps=0), "steps: got 0, wanted at least 1"),
         (lambda: small(digits, batch=0), "batch: got 0, wanted at least 1"),
         (lambda: small(digits, learning_rate=0), "learning_rate: got 0, wanted a positive number"),
