@@ -17,6 +17,8 @@ from livecl.vectorizer import LEAST_IMPROVEMENT, Step
 
 #: Longer side, px, that smaller drawings are enlarged to in a film, by a whole factor.
 LEAST_SIDE = 240
+#: A GIF's pictures are shown for hundredths of a second, of which browsers want two; and 16 bits count them.
+MOST_GIF_FPS, LONGEST_GIF_HOLD = 50, 600
 
 Item = TypeVar("Item")
 
@@ -115,7 +117,7 @@ class Course:
         fps : float
             Drawings a second, 50 at most.
         hold : float
-            Time, s, that the last drawing stays.
+            Time, s, that the last drawing stays beyond its own; 600 at most.
         scale : float, optional
             Pixels of the film for each px of the canvas; where not given, 1, or the whole number that brings a smaller
             drawing's longer side near 240.
@@ -128,10 +130,10 @@ class Course:
             If nothing has been kept, or a number is out of range.
         """
         drawings = self.drawings(step=step, result=result)
-        _check_rate(fps, 50)
+        _check_gif_times(fps, hold)
         # Equal pictures in a row become one that is shown longer.
         drawings += [drawings[-1]] * round(hold * fps)
-        save_gif(path, drawings, seconds_per_frame=1 / fps, scale=scale or _scale_for(drawings[0]), device=device)
+        save_gif(path, drawings, seconds_per_frame=1 / fps, scale=_scale_for(drawings[0], scale), device=device)
 
     def save_mp4(
         self,
@@ -150,7 +152,7 @@ class Course:
         Parameters
         ----------
         path, result, step, fps, hold, scale, device
-            As for :meth:`save_gif`; any `fps` goes.
+            As for :meth:`save_gif`, with `fps` up to 1000 and `hold` up to 3600.
         progress : callable, optional
             Called with the number of pictures done and that of all.
 
@@ -162,7 +164,7 @@ class Course:
             If ffmpeg is not there, which comes with the extra ``video``, or fails.
         """
         drawings = self.drawings(step=step, result=result)
-        pictures = render_frames(drawings, scale or _scale_for(drawings[0]), device)
+        pictures = render_frames(drawings, _scale_for(drawings[0], scale), device)
         save_mp4(path, _reporting(pictures, len(drawings), progress), fps=fps, hold=hold)
 
     def _close(self, error: float, revision: bool) -> None:
@@ -173,13 +175,15 @@ class Course:
         self._attempt = []
 
 
-def _scale_for(drawing: Drawing) -> float:
-    return float(max(1, LEAST_SIDE // max(drawing.size)))
+def _scale_for(drawing: Drawing, wanted: float | None) -> float:
+    return float(max(1, LEAST_SIDE // max(drawing.size))) if wanted is None else wanted
 
 
-def _check_rate(fps: float, most: float) -> None:
-    if not 0 < fps <= most:
-        raise ValueError(f"fps: got {fps!r}, wanted more than 0 and at most {most:g} pictures a second")
+def _check_gif_times(fps: float, hold: float) -> None:
+    if not 0 < fps <= MOST_GIF_FPS:
+        raise ValueError(f"fps: got {fps!r}, wanted more than 0 and at most {MOST_GIF_FPS} pictures a second")
+    if not 0 <= hold <= LONGEST_GIF_HOLD:
+        raise ValueError(f"hold: got {hold!r}, wanted 0 to {LONGEST_GIF_HOLD} seconds")
 
 
 def _reporting(items: Iterable[Item], count: int, progress: Callable[[int, int], None] | None) -> Iterator[Item]:
