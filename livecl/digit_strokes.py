@@ -21,9 +21,9 @@ JITTER = 0.035
 #: angle; turn, radians; shift, px.
 RADII, SCALES, ASPECTS = (1.0, 1.7), (0.88, 1.0), (0.8, 1.15)
 SLANTS, TURNS, SHIFTS = (-0.1, 0.45), (-0.1, 0.1), (-0.5, 0.5)
-#: Stamps of the pen along a stroke. The longest stroke is under 60 px, so they lie less than 0.65 px apart, and the
-#: scallops between them are under R - sqrt(R^2 - 0.33^2) = 0.06 px deep for the thinnest pen, R = 1.
-STAMPS = 96
+#: Stamps of the pen along a stroke. On the longest, an 8's, they lie up to 0.65 px apart, so the scallops between them
+#: are at most R - sqrt(R^2 - 0.33^2) = 0.06 px deep, for the thinnest pen, R = 1.
+STAMPS = 192
 
 Point = tuple[float, float]
 
@@ -57,7 +57,8 @@ class Skeleton:
         return np.concatenate(rows)
 
 
-_SKELETONS: tuple[tuple[Skeleton, ...], ...] = (
+#: Ways to write each digit, 0 to 9.
+SKELETONS: tuple[tuple[Skeleton, ...], ...] = (
     (
         Skeleton(
             ((0.0, -0.5), (-0.28, -0.25), (-0.3, 0.2), (0.0, 0.5), (0.29, 0.22), (0.28, -0.24)),
@@ -136,7 +137,7 @@ def draw_digits(count: int, *, seed: int = 0) -> Digits:
     if count < 1:
         raise ValueError(f"count: got {count}, wanted at least 1")
     rng = np.random.default_rng(seed)
-    stamps = [[(skeleton, skeleton.stamps()) for skeleton in ways] for ways in _SKELETONS]
+    stamps = [[(skeleton, skeleton.stamps()) for skeleton in ways] for ways in SKELETONS]
     labels = (np.arange(count) % len(stamps)).astype(np.uint8)
     images = np.empty((count, SIDE, SIDE), np.float32)
     for image, label in zip(images, labels, strict=True):

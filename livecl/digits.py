@@ -48,7 +48,7 @@ def read_mnist(folder: str | os.PathLike[str], *, part: str = "train", count: in
     ----------
     folder : path
         Where ``train-images-idx3-ubyte`` and ``train-labels-idx1-ubyte`` lie (``t10k-...`` for the test part), with
-        or without ``.gz``.
+        or without ``.gz``; a dot in place of the second hyphen is taken too.
     part : "train" or "test"
         Which of the two parts.
     count : int, optional

@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import ndimage
 
-from livecl.digit_strokes import draw_digits
+from livecl import digit_strokes
+from livecl.digit_strokes import SKELETONS, STAMPS, draw_digits
 from livecl.digits import IMAGES_MAGIC, LABELS_MAGIC, SIDE, read_idx, read_mnist
 from livecl.errors import ImageError
 
@@ -74,6 +76,45 @@ def test_the_ten_classes_differ() -> None:
     assert right.sum() >= 80
     for label in range(10):
         assert right[asked.labels == label].mean() >= 0.5
+
+
+def test_skeletons_have_the_holes_of_their_digits() -> None:
+    # Drawn as they are, by a thin pen on a fine grid; a 4, 6, 7 or 9 may or may not close.
+    across = np.linspace(-0.7, 0.7, 141)
+    grid = np.stack(np.meshgrid(across, across), axis=-1)
+    for digit, holes in ((0, 1), (1, 0), (2, 0), (3, 0), (5, 0), (8, 2)):
+        for skeleton in SKELETONS[digit]:
+            distance = np.full((141, 141), np.inf)
+            for stamp in skeleton.stamps() @ np.array(skeleton.points):
+                distance = np.minimum(distance, np.linalg.norm(grid - stamp, axis=2))
+            assert ndimage.label(distance > 0.03)[1] == holes + 1
+
+
+def test_strokes_run_through_their_ends() -> None:
+    # Weights and places come from a spline's few equations: a few eps.
+    for ways in SKELETONS:
+        for skeleton in ways:
+            weights, points = skeleton.stamps(), np.array(skeleton.points)
+            np.testing.assert_allclose(weights.sum(axis=1), 1, rtol=0, atol=1e-13)
+            strokes = (weights @ points).reshape(len(skeleton.strokes), STAMPS, 2)
+            for stamps, stroke in zip(strokes, skeleton.strokes, strict=True):
+                np.testing.assert_allclose(stamps[[0, -1]], points[[stroke[0], stroke[-1]]], rtol=0, atol=1e-13)
+
+
+def test_stamps_lie_close_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The bound on the pen's scallops follows from it.
+    placed = []
+    stamped = digit_strokes._stamped
+
+    def noted(stamps: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+        placed.append(stamps)
+        return stamped(stamps, radius)
+
+    monkeypatch.setattr(digit_strokes, "_stamped", noted)
+    draw_digits(1000)
+    assert len(placed) == 1000
+    for stamps in placed:
+        assert np.linalg.norm(np.diff(stamps.reshape(-1, STAMPS, 2), axis=1), axis=2).max() <= 0.66
 
 
 def test_no_digits_are_refused() -> None:

@@ -2,21 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """Vectorize what lies between digits in the latents of a variational autoencoder.
 
-Written into the folder: vae.npz, the trained model; vae-strip.png, the model's pictures from one digit to another
-with the drawings below them; vae-grid.png, the drawings between four digits, each row a sequence.
+Written into the folder: vae.npz, the trained model; vae-loss.csv, its loss curve, and vae-loss.png with matplotlib;
+vae-strip.png, the model's pictures from one digit to another with the drawings below them, vae-strip.svg, the drawings
+animated, and vae-strip/, each by itself; vae-grid.png, the drawings between four digits, with the model's pictures in
+the corners, and vae-grid/, each drawing by itself.
 """
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import numpy as np
+from animations.curve import plot_training
 from animations.inputs import (
     BadInputError,
     Parser,
@@ -29,32 +33,32 @@ from animations.inputs import (
     whole,
 )
 from animations.outputs import GAP, GAP_LEVEL, side_by_side
-from skimage.transform import resize
 from tqdm import tqdm
 
+import livecl
+from livecl.animation import save_animated_svg
 from livecl.digit_strokes import draw_digits
 from livecl.digits import SIDE, Digits, read_mnist
+from livecl.files import write_atomically
 from livecl.frames import render_frames
 from livecl.image import save_image
-from livecl.sequences import vectorize_sequence
+from livecl.sequences import SequenceResult, vectorize_sequence
 from livecl.vae import Vae, interpolate_latents, latent_grid
-from livecl.vae_training import train_vae
+from livecl.vae_pictures import enlarge
+from livecl.vae_training import Training, train_vae
 
-#: Side of the pictures that are vectorized, px: four times a digit's.
-ENLARGED = 4 * SIDE
-#: Digits drawn where there is no MNIST.
-DRAWN = 4000
-#: Pictures of a step of the training.
-BATCH = 128
+#: Digits drawn where there is no MNIST, and how many of a set, its last ones, are not trained on: the ends of the
+#: strip and the corners of the grid are among them.
+DRAWN, HELD_OUT = 10000, 500
 #: Paths of the first drawing of a sequence, where the user does not say.
 PATHS = 5
-#: What the digits at the ends of the strip and in the corners of the grid show.
-ENDS, CORNERS = (3, 8), (0, 6, 7, 2)
+#: Frame of pictures among drawings: px, and colour.
+FRAME, FRAME_COLOR = 2, (0.1, 0.75, 0.2)
 EPILOG = """\
 examples:
   vae_interpolation.py -o figures
-  vae_interpolation.py -o figures --mnist mnist --epochs 10
-  vae_interpolation.py -o figures --model figures/vae.npz --frames 5
+  vae_interpolation.py -o figures --mnist mnist --steps 5000
+  vae_interpolation.py -o figures --model figures/vae.npz --ends 72 --frames 5
 
 exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted.
 """
@@ -73,9 +77,12 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder of what is written")
     parser.add_argument("--mnist", type=Path, metavar="DIR", help="folder with MNIST's files (default: drawn digits)")
     parser.add_argument("--model", type=Path, metavar="FILE", help="a model trained before, instead of training one")
-    parser.add_argument("--epochs", type=whole(1), default=20, metavar="N", help="rounds of training (default: 20)")
+    parser.add_argument("--steps", type=whole(1), default=3000, metavar="N", help="of the training (default: 3000)")
+    parser.add_argument("--size", type=whole(SIDE), default=112, metavar="PX", help="side of a drawing (default: 112)")
     parser.add_argument("--frames", type=whole(2), default=9, metavar="N", help="pictures of the strip (default: 9)")
+    parser.add_argument("--ends", type=digits_of(2), default="38", metavar="AB", help="its digits (default: 38)")
     parser.add_argument("--grid", type=whole(2), default=5, metavar="N", help="rows and columns (default: 5)")
+    parser.add_argument("--corners", type=digits_of(4), default="5638", metavar="ABCD", help="its digits, row by row")
     parser.add_argument(
         "--add-paths", type=whole(0), default=1, metavar="N", help="for pictures that need more (default: 1)"
     )
@@ -84,80 +91,158 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
+def digits_of(count: int) -> Callable[[str], str]:
+    """Return a converter of arguments to so many digits."""
+
+    def convert(text: str) -> str:
+        if len(text) != count or not text.isascii() or not text.isdigit():
+            raise argparse.ArgumentTypeError(f"got {text!r}, wanted {count} digits one after the other")
+        return text
+
+    return convert
+
+
 def work(argv: Sequence[str] | None) -> None:
     """Train or load, interpolate, vectorize, write."""
     arguments = build_parser().parse_args(argv)
     check_device(arguments)
-    digits = (
-        draw_digits(DRAWN, seed=arguments.seed) if arguments.mnist is None else read_input(read_mnist, arguments.mnist)
-    )
+    known, held_out = read_digits(arguments)
     model = None if arguments.model is None else read_input(Vae.load, arguments.model)
     if model is not None and model.size != (SIDE, SIDE):
         raise BadInputError(f"{arguments.model}: a model of pictures of {model.size} px, wanted {(SIDE, SIDE)}")
-    ends, corners = pictures_of(digits, ENDS), pictures_of(digits, CORNERS)
+    ends, corners = pictures_of(held_out, arguments.ends), pictures_of(held_out, arguments.corners)
     try:
         arguments.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise BadInputError(f"{arguments.output}: cannot make the folder: {error.strerror or error}") from error
     if model is None:
-        model = train(digits, arguments)
+        training = train(known, arguments)
+        model = training.model
         model.save(arguments.output / "vae.npz")
-
-    frames = enlarged(interpolate_latents(model, *ends, arguments.frames))
-    drawn = vectorized(frames, "strip", arguments)
-    save_image(arguments.output / "vae-strip.png", stacked([side_by_side(frames), side_by_side(drawn)]))
-
+        write_curve(training, arguments)
+    decoded = model.decode(model.encode(held_out.images)[0])
+    error = np.square(decoded - held_out.images).mean()
+    say(f"{len(held_out)} digits not trained on: MSE {error:.2e} of the model's pictures", arguments)
+    make_strip(enlarged(interpolate_latents(model, *ends, arguments.frames), arguments.size), arguments)
     grid = latent_grid(model, corners, arguments.grid, arguments.grid)
-    rows = [vectorized(enlarged(row), f"row {index}", arguments) for index, row in enumerate(grid, 1)]
+    make_grid([enlarged(row, arguments.size) for row in grid], arguments)
+
+
+def read_digits(arguments: argparse.Namespace) -> tuple[Digits, Digits]:
+    """Return the digits to train on, and those held out."""
+    if arguments.mnist is None:
+        digits = draw_digits(DRAWN, seed=arguments.seed)
+    else:
+        digits = read_input(read_mnist, arguments.mnist)
+        if len(digits) <= HELD_OUT:
+            raise BadInputError(f"{arguments.mnist}: {len(digits)} digits, wanted more than the {HELD_OUT} held out")
+    return (
+        Digits(digits.images[:-HELD_OUT], digits.labels[:-HELD_OUT]),
+        Digits(digits.images[-HELD_OUT:], digits.labels[-HELD_OUT:]),
+    )
+
+
+def pictures_of(digits: Digits, wanted: str) -> np.ndarray:
+    """Return the first picture of each of some digits, (N, 28, 28)."""
+    places = []
+    for digit in map(int, wanted):
+        if digit not in digits.labels:
+            raise BadInputError(f"there is no {digit} among the digits held out")
+        places.append(np.argmax(digits.labels == digit))
+    return digits.images[places]
+
+
+def train(digits: Digits, arguments: argparse.Namespace) -> Training:
+    """Train a model on the digits."""
+    start, steps = time.perf_counter(), arguments.steps
+    with tqdm(total=steps, desc="training", disable=True if arguments.quiet else None, leave=False) as bar:
+        training = train_vae(digits.images, steps=steps, seed=arguments.seed, callback=lambda *_: bar.update())
+    seconds, nats = time.perf_counter() - start, training.losses[-100:].sum(axis=1).mean()
+    say(f"training: {len(digits)} digits, {steps} steps, {nats:.1f} nats a picture, {seconds:.1f} s", arguments)
+    return training
+
+
+def write_curve(training: Training, arguments: argparse.Namespace) -> None:
+    """Write the loss curve as a table, and as a picture where matplotlib is installed."""
+    rows = [f"{step},{pixels:.6g},{latents:.6g}\n" for step, (pixels, latents) in enumerate(training.losses)]
+    write_atomically(arguments.output / "vae-loss.csv", "".join(["step,cross_entropy,divergence\n", *rows]))
+    try:
+        plot_training(training.losses, arguments.output / "vae-loss.png")
+    except ImportError:
+        say("no plot of the loss without matplotlib: pip install 'livecl[plots]'", arguments)
+
+
+def enlarged(pictures: np.ndarray, size: int) -> list[np.ndarray]:
+    """Return grey pictures (N, 28, 28) as N of (size, size, 3)."""
+    return [np.repeat(picture[..., None], 3, axis=2).astype(np.float32) for picture in enlarge(pictures, size)]
+
+
+def make_strip(pictures: Sequence[np.ndarray], arguments: argparse.Namespace) -> None:
+    """Vectorize the pictures from one digit to another, and write them."""
+    result = vectorized(pictures, "strip", arguments)
+    write_drawings(arguments.output / "vae-strip", {f"{n:02}": each for n, each in enumerate(result.drawings, 1)})
+    save_animated_svg(arguments.output / "vae-strip.svg", result.drawings, hold=0.5)
+    rendered = list(render_frames(result.drawings, device=arguments.device))
+    save_image(arguments.output / "vae-strip.png", stacked([side_by_side(pictures), side_by_side(rendered)]))
+
+
+def make_grid(pictures: Sequence[Sequence[np.ndarray]], arguments: argparse.Namespace) -> None:
+    """Vectorize the pictures between four digits, the first column and from each of its drawings a row; write them."""
+    column = vectorized([row[0] for row in pictures], "first column", arguments)
+    rows = []
+    for n, (row, start) in enumerate(zip(pictures, column.drawings, strict=True), 1):
+        result = vectorized(row, f"row {n}", arguments, start)
+        write_drawings(
+            arguments.output / "vae-grid", {f"{n:02}-{m:02}": each for m, each in enumerate(result.drawings, 1)}
+        )
+        rows.append(list(render_frames(result.drawings, device=arguments.device)))
+    for n, m in ((0, 0), (0, -1), (-1, 0), (-1, -1)):
+        rows[n][m] = framed(pictures[n][m])
     save_image(arguments.output / "vae-grid.png", stacked([side_by_side(row) for row in rows]))
 
 
-def pictures_of(digits: Digits, wanted: Sequence[int]) -> np.ndarray:
-    """Return the first picture of each of some digits, (N, 28, 28)."""
-    for digit in wanted:
-        if digit not in digits.labels:
-            raise BadInputError(f"there is no {digit} among the digits")
-    return np.stack([digits.images[np.argmax(digits.labels == digit)] for digit in wanted])
+def vectorized(
+    pictures: Sequence[np.ndarray], name: str, arguments: argparse.Namespace, start: livecl.Drawing | None = None
+) -> SequenceResult:
+    """Return the drawings of a sequence of pictures.
 
-
-def train(digits: Digits, arguments: argparse.Namespace) -> Vae:
-    """Train a model on the digits."""
-    steps = -(-arguments.epochs * len(digits) // BATCH)
-    start = time.perf_counter()
-    with tqdm(total=steps, desc="training", disable=True if arguments.quiet else None, leave=False) as bar:
-        training = train_vae(
-            digits.images, steps=steps, batch=BATCH, seed=arguments.seed, callback=lambda *_: bar.update()
-        )
-    seconds, nats = time.perf_counter() - start, training.losses[-1].sum()
-    say(f"training: {len(digits)} digits, {steps} steps, {nats:.1f} nats a picture, {seconds:.1f} s", arguments)
-    return training.model
-
-
-def enlarged(pictures: np.ndarray) -> list[np.ndarray]:
-    """Return grey pictures (N, 28, 28) as N of (112, 112, 3), by cubic splines, which may overshoot and are clipped."""
-    large = [resize(picture, (ENLARGED, ENLARGED), order=3, mode="edge") for picture in pictures]
-    return [np.repeat(np.clip(picture, 0, 1)[..., None], 3, axis=2).astype(np.float32) for picture in large]
-
-
-def vectorized(pictures: Sequence[np.ndarray], name: str, arguments: argparse.Namespace) -> list[np.ndarray]:
-    """Return the renders of the drawings of a sequence of pictures."""
+    Outlines keep their loops: a 3 becomes an 8 by touching itself, and the loop is its hole.
+    """
     options, schedule = method(arguments)
+    options = dataclasses.replace(options, background="#000000", untangle=False)
     with tqdm(pictures, desc=name, disable=True if arguments.quiet else None, leave=False) as bar:
         result = vectorize_sequence(
             bar,
-            paths=arguments.paths,
-            schedule=schedule,
+            paths=arguments.paths if start is None else None,
+            schedule=schedule if start is None else None,
             options=options,
             add_paths=arguments.add_paths,
             device=arguments.device,
             seed=arguments.seed,
+            start=start,
         )
     say(
         f"{name}: {len(pictures)} drawings of {result.drawings[0].num_layers} layers, MSE {np.mean(result.mse):.1e} "
         f"(mean), {sum(result.seconds):.1f} s",
         arguments,
     )
-    return list(render_frames(result.drawings, device=arguments.device))
+    return result
+
+
+def write_drawings(folder: Path, drawings: dict[str, livecl.Drawing]) -> None:
+    """Write drawings by their names."""
+    folder.mkdir(exist_ok=True)
+    for name, drawing in drawings.items():
+        drawing.save_svg(folder / f"{name}.svg")
+
+
+def framed(picture: np.ndarray) -> np.ndarray:
+    """Return a picture with a frame of its outermost pixels."""
+    result = np.empty_like(picture)
+    result[:] = FRAME_COLOR
+    inside = slice(FRAME, -FRAME)
+    result[inside, inside] = picture[inside, inside]
+    return result
 
 
 def stacked(rows: Sequence[np.ndarray]) -> np.ndarray:
