@@ -25,6 +25,8 @@ _log = logging.getLogger(__name__)
 LOCAL = "local"
 #: Seconds in which a scheduler must answer.
 CONNECT_SECONDS = 10
+#: States of a picture that was done, but whose worker died before its SVG was fetched: Dask has it made again.
+TAKEN_BACK = ("lost", "pending")
 #: Pictures sent ahead for each thread of the cluster, so that none waits for its next.
 AHEAD = 2
 
@@ -134,10 +136,14 @@ def _answers(tasks: Iterator[Task], work: Work, client: Client) -> Iterator[tupl
 
     send()
     for future in finished:
+        if future.status in TAKEN_BACK:
+            finished.add(future)
+            continue
         task = sent.pop(future)
         answer: Made | str | None = None
         if future.status == "finished":
-            answer = future.result()
+            with contextlib.suppress(KilledWorker):  # its worker died with the result, and those that made it again
+                answer = future.result()
         elif future.status != "error":
             raise LiveclError("scheduler: the connection to the Dask scheduler was lost")
         elif not isinstance(error := future.exception(), KilledWorker):

@@ -12,14 +12,20 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
+import distributed
 import pytest
 from batches import QUICK, SLOW, Deadly, make_pictures, single_runs, svgs
 from distributed import Client, LocalCluster
 
+from livecl import batch_cluster
 from livecl.batch import vectorize_files
 from livecl.batch_cluster import connected
+from livecl.batch_pool import Task
 from livecl.batch_record import Outcome
+from livecl.errors import LiveclError
 from livecl.options import PRESETS
 from livecl.recipe import Recipe
 
@@ -70,6 +76,74 @@ def test_a_bad_picture_does_not_stop_the_others(tmp_path: Path, cluster: LocalCl
     assert [outcome.status for outcome in outcomes] == ["failed", "done", "done"]
     assert outcomes[0].message.startswith(f"{bad}: ")
     assert svgs(tmp_path / "out") == single_runs(files, QUICK)
+
+
+class Future:
+    """A picture on a cluster that is reported as done in each of some states, one after the other."""
+
+    def __init__(self, states: list[str], outcome: object) -> None:
+        self.states = states
+        self.outcome = outcome
+
+    @property
+    def status(self) -> str:
+        return self.states[0]
+
+    def result(self) -> object:
+        if isinstance(self.outcome, Exception):
+            raise self.outcome
+        return self.outcome
+
+    def exception(self) -> object:
+        return self.outcome
+
+    def release(self) -> None:
+        pass
+
+
+class Completed:
+    """Stands for Dask's `as_completed`: each time a future is reported again it has gone on to its next state."""
+
+    def __init__(self, loop: object) -> None:
+        self.queue: list[Future] = []
+        self.seen: set[int] = set()
+
+    def add(self, future: Future) -> None:
+        if id(future) in self.seen:
+            future.states.pop(0)
+        self.seen.add(id(future))
+        self.queue.append(future)
+
+    def __iter__(self) -> Iterator[Future]:
+        while self.queue:
+            yield self.queue.pop(0)
+
+
+def _answers_of(futures: list[Future], monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, object]]:
+    waiting = iter(futures)
+    client = SimpleNamespace(nthreads=lambda: {"a": 1}, loop=None, submit=lambda *_, **__: next(waiting))
+    monkeypatch.setattr(distributed, "as_completed", Completed)
+    tasks = [Task(number, b"", f"{number}.png") for number in range(len(futures))]
+    return [
+        (task.number, answer)
+        for task, answer in batch_cluster._answers(iter(tasks), cast(Any, None), cast(Any, client))
+    ]
+
+
+@pytest.mark.parametrize("state", ["lost", "pending"])
+def test_a_result_that_died_with_its_worker_is_waited_for_again(state: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    futures = [Future([state, state, "finished"], "svg"), Future(["finished"], "other")]
+    assert sorted(_answers_of(futures, monkeypatch)) == [(0, "svg"), (1, "other")]
+
+
+def test_a_result_whose_makers_all_died_is_suspect(monkeypatch: pytest.MonkeyPatch) -> None:
+    killed = distributed.KilledWorker("make", None, 3)
+    assert _answers_of([Future(["finished"], killed)], monkeypatch) == [(0, None)]
+
+
+def test_a_lost_scheduler_ends_the_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(LiveclError, match="connection to the Dask scheduler was lost"):
+        _answers_of([Future(["cancelled"], None)], monkeypatch)
 
 
 @pytest.mark.slow
