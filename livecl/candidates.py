@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,8 @@ BoolArray = NDArray[np.bool_]
 #: Subpaths (s, 3, 2) of a layer, px.
 Outline = list[FloatArray]
 
-#: Regions that are tried as they are for each new path, and those of them that are tried with an outline.
+#: Regions that are tried as they are for each new path; and how many are tried with an outline once one of them has
+#: lowered the error: until then all are.
 CANDIDATES, CLOSE_CANDIDATES = 12, 3
 #: Pixels under which a region is too small for its border to tell more than a circle of its area.
 SMALL_REGION = 12
@@ -109,9 +109,10 @@ class _Judge:
         """Return the best candidate; where no region lowers the error, a circle at its largest pixel."""
         error = self._error = self._painting.error.astype(np.float64)
         best: Candidate | None = None
-        tried = [self._as_it_is(region) for region in self._regions(finder, error)]
-        for gain, mask, rgba in sorted(tried, key=lambda item: -item[0])[:CLOSE_CANDIDATES]:
-            if best is not None and ROUGHNESS * gain <= best.trial.gain:  # no outline is better than the region itself
+        tried = [trial for region in self._regions(finder, error) for trial in self._as_they_are(region)]
+        for number, (gain, mask, rgba) in enumerate(sorted(tried, key=lambda item: -item[0])):
+            # No outline is better than the region itself; and one that helps is looked for among all of them.
+            if best is not None and (number >= CLOSE_CANDIDATES or ROUGHNESS * gain <= best.trial.gain):
                 break
             candidate = self._outlined(mask, rgba)
             if candidate.trial.gain > (0.0 if best is None else best.trial.gain):
@@ -128,8 +129,8 @@ class _Judge:
             if len(region.color) == 3 or region.color[3] >= CLEAR:
                 yield region
 
-    def _as_it_is(self, region: Region) -> tuple[float, BoolArray, FloatArray]:
-        """Return what a region's own pixels would remove as a layer, with or without its holes, and in which fill."""
+    def _as_they_are(self, region: Region) -> Iterator[tuple[float, BoolArray, FloatArray]]:
+        """Yield what a region's own pixels would remove as a layer, without holes and with them, and in which fill."""
         fills = [paint_of(region.color)]
         if fills[0][3] < 1:
             fills.append(paint_over(self._painting.image[region.mask].mean(axis=0), region.color))
@@ -138,12 +139,10 @@ class _Judge:
             opened = self._opened(region, masks[0])
             if opened is not None:
                 masks.append(opened)
-        trials = [
-            (self._try(mask, rgba, roughly=True).gain, number)
-            for number, (mask, rgba) in enumerate(product(masks, fills))
-        ]
-        gain, number = max(trials)
-        return gain, masks[number // len(fills)], fills[number % len(fills)]
+        for mask in masks:
+            trials = [(self._try(mask, rgba, roughly=True).gain, number) for number, rgba in enumerate(fills)]
+            gain, number = max(trials)
+            yield gain, mask, fills[number]
 
     def _opened(self, region: Region, filled: BoolArray) -> BoolArray | None:
         """Return the region with those holes in which the picture is better as it is; None if there are none."""

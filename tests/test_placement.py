@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import drawings
 import numpy as np
 import pytest
 from conftest import RasterizerFor
 from numpy.typing import NDArray
 
-from livecl import Drawing, Options
+from livecl import Drawing, Options, candidates
 from livecl.bezier import signed_area
 from livecl.candidates import SMALL_REGION
 from livecl.drawing import concatenate, empty_drawing
@@ -284,3 +286,25 @@ def test_several_paths_of_one_stage_are_ordered_among_themselves_too(place: Plac
     colors = concatenate(inner, placement.drawing).layer_subset(placement.order).colors[:, :3]
     found = [int(np.argmin(np.abs(np.array([RED, GREEN, BLUE]) - color).sum(axis=1))) for color in colors]
     assert sorted(found) == [0, 1, 2] and found.index(2) < found.index(0)
+
+
+def test_a_region_is_found_though_the_first_outlines_fail(place: Placer, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Six squares: the outlines of the five that hold most error come to nothing, as those of intricate regions may.
+    target = np.ones((48, 48, 3))
+    corners = [(4 + 14 * (k % 3), 6 + 22 * (k // 3)) for k in range(6)]
+    for k, (left, top) in enumerate(corners):
+        target[top : top + 9, left : left + 9] = 0.1 + 0.1 * k
+    outlined, failed = candidates._Judge._outlined, []
+
+    def failing(judge: Any, mask: Any, rgba: Any) -> Any:
+        if len(failed) < 5:
+            failed.append(mask)
+            return judge._candidate([circle((24, 24), 0.1, 4)], rgba)
+        return outlined(judge, mask, rgba)
+
+    monkeypatch.setattr(candidates._Judge, "_outlined", failing)
+    drawing = place(target, 1, Options())
+    assert len(failed) == 5
+    center = drawing.points.reshape(-1, 2).mean(axis=0)
+    assert min(np.hypot(center[0] - left - 4.5, center[1] - top - 4.5) for left, top in corners) < 2
+    assert place.error(target, drawing) < np.square(1 - target).sum()
