@@ -52,8 +52,31 @@ inline Objective objective_of(__global const realv *d_image, __global const real
     return objective;
 }
 
-// L = sum over pixels of scale * weight * sum over channels of (C - target)^2, so dL/dC = 2 scale weight (C - target).
-// With the distance weight d' and scale 1/3 this is eq. (2), with weight 1 and scale 1 / (3 H W) the mean squared error.
+// L = sum over pixels of scale * weight * |E|^2. With a background E = C - target, and dL/dC = 2 scale weight E. With the
+// distance weight d' and scale 1/3 this is eq. (2), with weight 1 and scale 1 / (3 H W) the mean squared error.
+//
+// Without one, let e be the error of premultiplied RGBA, C - target. Laid over a background b the picture is p + (1 - a) b
+// in each of R, G and B, so of the error e_i - e_a b is seen. Of black and white, the mean of its square is
+//     1/2 e_i^2 + 1/2 (e_i - e_a)^2 = (e_i - e_a / 2)^2 + e_a^2 / 4,
+// summed over the three: |E|^2 with E_i = e_i - e_a / 2, E_a = sqrt(3) / 2 e_a. As E is linear in e, so is the gradient
+// in that by E, h = 2 scale weight E: dL/de_i = h_i, dL/de_a = sqrt(3) / 2 h_a - (h_r + h_g + h_b) / 2.
+#define ALPHA_SEEN ((real)0.86602540378443864676)  // sqrt(3) / 2
+
+inline Color error_seen(Color error)
+{
+    if (CHANNELS == 3) return error;
+    for (int i = 0; i < 3; i++) error.c[i] -= (real)0.5 * error.c[CHANNELS - 1];
+    error.c[CHANNELS - 1] *= ALPHA_SEEN;
+    return error;
+}
+
+inline Color error_seen_backward(Color h)
+{
+    if (CHANNELS == 3) return h;
+    h.c[CHANNELS - 1] = ALPHA_SEEN * h.c[CHANNELS - 1] - (real)0.5 * (h.c[0] + h.c[1] + h.c[2]);
+    return h;
+}
+
 inline void objective_at(const Objective *objective, int column, Color color, Color *g, realv *loss)
 {
     int at = objective->row + column;
@@ -62,12 +85,16 @@ inline void objective_at(const Objective *objective, int column, Color color, Co
         return;
     }
     realv weight = objective->weight[column];
+    Color error, h;
+    for (int i = 0; i < CHANNELS; i++) error.c[i] = color.c[i] - objective->target[i * objective->plane + at];
+    error = error_seen(error);
     for (int i = 0; i < CHANNELS; i++) {
-        realv error = color.c[i] - objective->target[i * objective->plane + at];
-        realv weighted = weight * error;
-        *loss += weighted * error;
-        g->c[i] += weighted + weighted;
+        realv weighted = weight * error.c[i];
+        *loss += weighted * error.c[i];
+        h.c[i] = weighted + weighted;
     }
+    h = error_seen_backward(h);
+    for (int i = 0; i < CHANNELS; i++) g->c[i] += h.c[i];
 }
 
 // Whether any pixel of the tile has a say in the loss.

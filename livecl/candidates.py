@@ -18,6 +18,7 @@ from livecl.outline import border, circle, holes, random_outline, reversed_path,
 from livecl.painting import Painting, Trial
 from livecl.rasterizer import Rasterizer
 from livecl.regions import Region, RegionFinder
+from livecl.transparency import error_seen
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -151,7 +152,7 @@ class _Judge:
 
     def _differs(self, hole: BoolArray, color: FloatArray) -> bool:
         """Whether the picture in a hole is better as it is than painted over."""
-        painted = np.square(self._painting.target[hole] - color).sum()
+        painted = np.square(error_seen(self._painting.target[hole] - color)).sum()
         return bool(self._error[hole].sum() < painted)
 
     def _outlined(self, mask: BoolArray, rgba: FloatArray) -> Candidate:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from livecl.candidates import SEGMENT_ERROR, Outline, fitted_outlines
 from livecl.drawing import Drawing, concatenate
-from livecl.metrics import VISIBLE_SHARE, flat_regions, layer_alphas, mergeable_pairs, mse, visible_shares
+from livecl.metrics import VISIBLE_SHARE, flat_regions, layer_alphas, mergeable_pairs, visible_shares
 from livecl.options import Options
 from livecl.rasterizer import Rasterizer
+from livecl.transparency import mse_seen
 
 #: Most merges that are tried at a time.
 MOST_TRIALS = 64
@@ -45,7 +46,7 @@ def merge_neighbors(
     fitted anew, or simply both outlines, whichever does better for its number of segments, at the depth of either.
     """
     sources = np.arange(drawing.num_layers)
-    regions, error = flat_regions(target), mse(rasterizer.forward(drawing), target)
+    regions, error = flat_regions(target), mse_seen(rasterizer.forward(drawing), target)
     refused: set[tuple[int, int]] = set()
     trials = 0
     merged = True
@@ -104,7 +105,7 @@ def _best(
             order[depth] = count
             order = order[order != (lower + upper - depth)]
             trial = both.layer_subset(order)
-            error = mse(rasterizer.forward(trial), target)
+            error = mse_seen(rasterizer.forward(trial), target)
             found.append((error + SEGMENT_ERROR / target.size * trial.num_segments, len(found), trial, order, error))
     _, _, trial, order, error = min(found, key=lambda item: item[:2])
     return trial, order, error

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from livecl import bezier
 from livecl.crossings import self_crossing
 from livecl.drawing import Drawing
+from livecl.transparency import error_seen
 
 if TYPE_CHECKING:
     from livecl.rasterizer import Rasterizer
@@ -213,11 +214,11 @@ def region_shares(shares: ShareArray, regions: IntArray) -> FloatArray:
     return found
 
 
-def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike) -> FloatArray:
+def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, seen: bool = False) -> FloatArray:
     """Return by how much the mean squared error rises if one layer is taken away: (N,).
 
     Without layer i the picture changes by ``share_i * (C_i - c_i)``, where ``C_i`` is the picture of the background and
-    all layers below it, and ``c_i`` its colour.
+    all layers below it, and ``c_i`` its colour. What rises is :func:`livecl.transparency.mse_seen` with `seen`.
     """
     target = _checked_target(drawing, target)
     shares = visible_shares(alphas)
@@ -229,10 +230,13 @@ def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike) -> 
         missing = below[window] - colors[layer]
         changes_of_image.append((shares[layer][window][..., None] * missing).astype(np.float32))
         below[window] -= alphas[layer][window][..., None] * missing
-    error = below - target
+    error, size = below - target, target.size
+    if seen:
+        changes_of_image = [error_seen(change) for change in changes_of_image]
+        error, size = error_seen(error), 3 * target[..., 0].size
     return np.array(
         [
-            float(np.sum(change * (2 * error[window] + change))) / target.size
+            float(np.sum(change * (2 * error[window] + change))) / size
             for window, change in zip(windows, changes_of_image, strict=True)
         ]
     )

@@ -72,12 +72,12 @@ class Objective:
     def _weight(self, state: State) -> tuple[DeviceImage | DistanceWeight, float]:
         """Weight of each pixel's error, and the common factor.
 
-        Those of a mean, or eq. (1) and the 1/3 of eq. (2), one over the number of channels.
+        Those of a mean over pixels and RGB, or eq. (1) and the 1/3 of eq. (2).
         """
         if state.options.loss == "mse":
-            return self._ones, 1 / (self._target.channels * self._num_pixels)
+            return self._ones, 1 / (3 * self._num_pixels)
         if state.options.variant == "paper":
-            return DistanceWeight(state.options.tau, self._distance_pieces(state)), 1 / self._target.channels
+            return DistanceWeight(state.options.tau, self._distance_pieces(state)), 1 / 3
         return self._rasterizer.upload(self.released_weight(state, state.stage)), 1 / self._num_pixels
 
     def _distance_pieces(self, state: State) -> NDArray[np.int32]:

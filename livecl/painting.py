@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.transparency import error_seen
+
 FloatArray = NDArray[np.floating[Any]]
 
 #: Numbers that grounds and transmittances of all depths may take: 256 MiB. A picture of more layers counts as one.
@@ -87,8 +89,8 @@ class Painting:
 
     @property
     def error(self) -> FloatArray:
-        """Squared difference from the target, summed over the channels: (H, W)."""
-        return np.asarray(np.square(self.target - self.image).sum(axis=-1))
+        """Squared difference from the target, as it is seen, summed over the channels: (H, W)."""
+        return np.asarray(np.square(error_seen(self.target - self.image)).sum(axis=-1))
 
     @property
     def order(self) -> NDArray[np.intp]:
@@ -109,7 +111,7 @@ class Painting:
             area, (rows, columns) = 4.0, window
             window = slice(rows.start, rows.stop, 2), slice(columns.start, columns.stop, 2)
         share = alpha[window]
-        residual = self.target[window] - self.image[window]
+        residual = error_seen(self.target[window] - self.image[window])
         overlaps = np.array([float(np.sum(share * other[window])) for other in self._alphas])
         lower = [
             int(k) for k in np.argsort(-overlaps, kind="stable")[:MOST_DEPTHS] if area * overlaps[k] > LEAST_OVERLAP
@@ -117,7 +119,7 @@ class Painting:
         best = Trial(top, alpha, color, -np.inf)
         for depth in [top, *lower]:
             visible = share * self._transmittances[depth][window]
-            change = visible[..., None] * (color.astype(np.float32) - self._grounds[depth][window])
+            change = visible[..., None] * error_seen(color.astype(np.float32) - self._grounds[depth][window])
             gain = area * float(np.sum(change * (2 * residual - change)))
             if gain > best.gain + (LEAST_ADVANTAGE * abs(best.gain) if best.depth == top and depth != top else 0.0):
                 best = Trial(depth, alpha, color, gain)

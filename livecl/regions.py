@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.transparency import error_seen
+
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
@@ -92,9 +94,10 @@ class RegionFinder:
         sums = np.stack(
             [np.bincount(flat, channel.ravel(), count) for channel in np.moveaxis(self._target, -1, 0)], axis=1
         )
-        squares = np.bincount(flat, np.square(self._target).sum(axis=-1).ravel(), count)
+        squares = np.bincount(flat, np.square(error_seen(self._target)).sum(axis=-1).ravel(), count)
         mean = sums / np.maximum(area, 1)[:, None]
-        return _Segmentation(labels, area, mean, squares - (sums * mean).sum(axis=1))
+        within = squares - (error_seen(sums) * error_seen(mean)).sum(axis=1)
+        return _Segmentation(labels, area, mean, within)
 
 
 def _connected(levels: FloatArray) -> NDArray[Any]:

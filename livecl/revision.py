@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing import Drawing
-from livecl.metrics import layer_alphas, mse, removal_changes
+from livecl.metrics import layer_alphas, removal_changes
 from livecl.rasterizer import Rasterizer
+from livecl.transparency import mse_seen
 
 
 def needed_layers(
@@ -27,13 +28,13 @@ def needed_layers(
     drawing, free = drawing.layer_subset(shown), free[shown]
     if least <= 0 or not drawing.num_layers:
         return drawing
-    error = mse(rasterizer.forward(drawing), target)
+    error = mse_seen(rasterizer.forward(drawing), target)
     while True:
-        changes = np.where(free, removal_changes(drawing, layer_alphas(drawing, rasterizer), target), np.inf)
+        changes = np.where(free, removal_changes(drawing, layer_alphas(drawing, rasterizer), target, seen=True), np.inf)
         kept = np.ones(len(changes), bool)
         for layer in np.argsort(changes, kind="stable")[: int(np.sum(changes < least))]:
             kept[layer] = False
-            without = mse(rasterizer.forward(drawing.layer_subset(kept)), target)
+            without = mse_seen(rasterizer.forward(drawing.layer_subset(kept)), target)
             if without - error < least:
                 error = without
             else:
@@ -45,5 +46,5 @@ def needed_layers(
 
 def least_useful(drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any]) -> NDArray[np.intp]:
     """Return the layers in the order of what the picture loses without them, the least first: (N,)."""
-    changes = removal_changes(drawing, layer_alphas(drawing, rasterizer), target)
+    changes = removal_changes(drawing, layer_alphas(drawing, rasterizer), target, seen=True)
     return np.argsort(changes, kind="stable")

@@ -27,6 +27,7 @@ from livecl.revision import least_useful, needed_layers
 from livecl.schedule import parse_schedule
 from livecl.state import FREE, State
 from livecl.svg import quantize
+from livecl.transparency import mse_seen
 
 Picture = ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Any
 #: A revision takes out one path in so many, and is kept if it lowers the error by at least such a share.
@@ -106,6 +107,10 @@ class Vectorizer:
         difference = self.rasterizer.forward(drawing) - self.target
         return float(np.mean(np.square(difference, dtype=np.float64)))
 
+    def error(self, drawing: Drawing) -> float:
+        """Return what drawings are compared by: without a background, the error that is seen over one."""
+        return mse_seen(self.rasterizer.forward(drawing), self.target)
+
     def warm_up(self) -> None:
         """Have the device compile what a step needs: runtimes compile a kernel when it is first launched."""
         drawing, options, rng = self.state.drawing, self.state.options, np.random.default_rng(0)
@@ -153,8 +158,8 @@ class Vectorizer:
         state, options = self.state, self.state.options
         if state.fallback is not None:
             revision = state.stage >= len(state.schedule)
-            wanted = self.mse(state.fallback.drawing) * (1 - LEAST_IMPROVEMENT if revision else 1)
-            if self.mse(state.drawing) < wanted:
+            wanted = self.error(state.fallback.drawing) * (1 - LEAST_IMPROVEMENT if revision else 1)
+            if self.error(state.drawing) < wanted:
                 state.failures = 0
             else:
                 state.restore(state.fallback)
@@ -183,7 +188,7 @@ class Vectorizer:
         """
         state = self.state
         best, free = state.drawing, state.free
-        if state.fallback is not None and self.mse(state.fallback.drawing) < self.mse(state.drawing):
+        if state.fallback is not None and self.error(state.fallback.drawing) < self.error(state.drawing):
             best, free = state.fallback.drawing, state.fallback.holds == FREE
         least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
         best = quantize(best)
@@ -193,7 +198,7 @@ class Vectorizer:
         drawing = needed_layers(best, self.rasterizer, self.target, least, free)
         if state.start_drawing is not None:
             start = quantize(state.start_drawing)
-            if self.mse(start) < self.mse(drawing):
+            if self.error(start) < self.error(drawing):
                 return start
         return drawing
 

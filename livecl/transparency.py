@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is seen of an error in a picture without background, once it lies over one.
+
+Let e be an error of premultiplied RGBA. Over a background b the picture is p + (1 - a) b in each of R, G and B, so of
+the error e_i - e_a b is seen. Of a black and of a white background, the mean of its square is
+
+    1/2 e_i^2 + 1/2 (e_i - e_a)^2 = (e_i - e_a / 2)^2 + e_a^2 / 4;
+
+summed over R, G and B it is |E|^2 with E_i = e_i - e_a / 2 and E_a = sqrt(3) / 2 e_a. This is what a run minimizes
+(kernels/composite.cl) and decides by; of errors in alpha it thinks more than |e|^2 does, as they show in three channels.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+ALPHA_SEEN = math.sqrt(3) / 2
+
+
+def error_seen(error: NDArray[Any]) -> NDArray[Any]:
+    """Return the numbers, (..., C), whose squares sum to what is seen of an error (..., C) of RGB or premultiplied RGBA.
+
+    In RGB they are the error itself.
+    """
+    if error.shape[-1] == 3:
+        return error
+    alpha = error[..., 3:]
+    return np.concatenate([error[..., :3] - alpha / 2, ALPHA_SEEN * alpha], axis=-1).astype(error.dtype)
+
+
+def mse_seen(image: NDArray[Any], target: NDArray[Any]) -> float:
+    """Return the mean over pixels, RGB, and black and white backgrounds of the squared difference of two pictures.
+
+    Parameters
+    ----------
+    image, target : (H, W, 3) array, or (H, W, 4) premultiplied
+        In RGB no background shows, and this is the mean squared error.
+    """
+    error = error_seen(np.asarray(image, dtype=np.float64) - np.asarray(target, dtype=np.float64))
+    return float(np.mean(np.square(error)) * (error.shape[-1] / 3))
