@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+import functools
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -37,6 +39,8 @@ ROUGHNESS = 1.05
 GAIN_PER_SEGMENT, SEGMENT_ERROR = 0.001, 0.5
 #: Alpha from which on paint starts opaque, and under which a region counts as clear: no paint makes a picture clearer.
 OPAQUE_FROM, CLEAR = 0.9, 0.02
+#: Regions whose outlines are remembered.
+REMEMBERED = 256
 #: Holes of a region that are looked at.
 MOST_HOLES = 8
 
@@ -122,7 +126,7 @@ class _Judge:
             return best
         row, column = np.unravel_index(int(np.argmax(error)), error.shape)
         outline = [circle((column + 0.5, row + 0.5), self._options.radius, self._options.segments)]
-        return self._candidate(outline, paint_of(self._painting.target[row, column]))
+        return self._candidates([outline], paint_of(self._painting.target[row, column]))[0]
 
     def _regions(self, finder: RegionFinder, error: FloatArray) -> Iterator[Region]:
         """Yield the regions to look at: those that hold most error, and are not clear."""
@@ -141,7 +145,7 @@ class _Judge:
             if opened is not None:
                 masks.append(opened)
         for mask in masks:
-            trials = [(self._try(mask, rgba, roughly=True).gain, number) for number, rgba in enumerate(fills)]
+            trials = [(self._try([mask], rgba, roughly=True)[0].gain, number) for number, rgba in enumerate(fills)]
             gain, number = max(trials)
             yield gain, mask, fills[number]
 
@@ -159,35 +163,35 @@ class _Judge:
         """Return a layer with an outline around a region, of more segments than `segments` where each adds enough."""
         options = self._options
         if options.shape != "outline":
-            return self._candidate(initial_outline(_place(mask), mask.shape, options, self._rng), rgba)
-        outlines = fitted_outlines(mask, options)
-        best = self._candidate(outlines[0], rgba)
-        for outline in outlines[1:]:
-            candidate = self._candidate(outline, rgba)
+            return self._candidates([initial_outline(_place(mask), mask.shape, options, self._rng)], rgba)[0]
+        best, *others = self._candidates(fitted_outlines(mask, options), rgba)
+        for candidate in others:
             share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_ERROR)
             if candidate.trial.gain > best.trial.gain + share * (candidate.num_segments - best.num_segments):
                 best = candidate
         return best
 
-    def _candidate(self, outline: Outline, rgba: FloatArray) -> Candidate:
-        return Candidate(outline, rgba, self._try(self._coverage(outline), rgba))
+    def _candidates(self, outlines: list[Outline], rgba: FloatArray) -> list[Candidate]:
+        trials = self._try(self._rasterizer.coverages(layers_of(outlines, self._painting.target.shape[:2])), rgba)
+        return [Candidate(outline, rgba, trial) for outline, trial in zip(outlines, trials, strict=True)]
 
-    def _try(self, coverage: NDArray[Any], rgba: FloatArray, roughly: bool = False) -> Trial:
+    def _try(self, coverages: Iterable[NDArray[Any]], rgba: FloatArray, roughly: bool = False) -> list[Trial]:
         color = np.ones(self._painting.target.shape[2])
         color[:3] = rgba[:3]
-        return self._painting.try_layer(rgba[3] * coverage, color, roughly)
+        opacity = np.float32(rgba[3])
+        return self._painting.try_layers([opacity * coverage for coverage in coverages], color, roughly)
 
-    def _coverage(self, outline: Outline) -> NDArray[Any]:
-        height, width = self._painting.target.shape[:2]
-        white = Drawing(
-            points=np.concatenate(outline),
-            colors=[[1, 1, 1, 1]],
-            size=(height, width),
-            background=(0, 0, 0),
-            subpath_offsets=np.cumsum([0, *map(len, outline)]),
-            layer_offsets=[0, len(outline)],
-        )
-        return self._rasterizer.forward(white)[..., 0]
+
+def layers_of(outlines: list[Outline], size: tuple[int, ...], rgba: ArrayLike = (0, 0, 0, 1)) -> Drawing:
+    """Return outlines as layers, on a canvas of `size`, in one fill or one for each: straight RGBA, (4,) or (N, 4)."""
+    subpaths = [subpath for outline in outlines for subpath in outline]
+    return Drawing(
+        points=np.concatenate(subpaths),
+        colors=np.broadcast_to(rgba, (len(outlines), 4)),
+        size=(size[0], size[1]),
+        subpath_offsets=np.cumsum([0, *map(len, subpaths)]),
+        layer_offsets=np.cumsum([0, *map(len, outlines)]),
+    )
 
 
 def _place(mask: BoolArray) -> Place:
@@ -202,10 +206,23 @@ def fitted_outlines(mask: BoolArray, options: Options) -> list[Outline]:
     return [[path, *inner] for path in outer[options.segments - 1 :]]
 
 
-def fitted(mask: BoolArray, most: int) -> list[FloatArray]:
-    """Return paths of 1, 2, ... `most` segments around a region (H, W); holes are filled."""
+def fitted(mask: BoolArray, most: int) -> Sequence[FloatArray]:
+    """Return paths of 1, 2, ... `most` segments around a region (H, W); holes are filled.
+
+    The last ones are remembered, as the regions of a picture are looked at again for each new path.
+    """
+    return _fitted(np.packbits(mask).tobytes(), mask.shape, most)
+
+
+@functools.lru_cache(maxsize=REMEMBERED)
+def _fitted(packed: bytes, shape: tuple[int, ...], most: int) -> tuple[FloatArray, ...]:
+    mask = np.unpackbits(np.frombuffer(packed, np.uint8), count=math.prod(shape)).reshape(shape).astype(bool)
     area = int(mask.sum())
     if area < SMALL_REGION:
         center = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
-        return [circle(center, np.sqrt(area / np.pi), segments) for segments in range(1, most + 1)]
-    return fit_outlines(border(mask), most)
+        paths = [circle(center, np.sqrt(area / np.pi), segments) for segments in range(1, most + 1)]
+    else:
+        paths = fit_outlines(border(mask), most)
+    for path in paths:
+        path.flags.writeable = False  # they are shared
+    return tuple(paths)

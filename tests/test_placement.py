@@ -299,7 +299,7 @@ def test_a_region_is_found_though_the_first_outlines_fail(place: Placer, monkeyp
     def failing(judge: Any, mask: Any, rgba: Any) -> Any:
         if len(failed) < 5:
             failed.append(mask)
-            return judge._candidate([circle((24, 24), 0.1, 4)], rgba)
+            return judge._candidates([[circle((24, 24), 0.1, 4)]], rgba)[0]
         return outlined(judge, mask, rgba)
 
     monkeypatch.setattr(candidates._Judge, "_outlined", failing)
