@@ -13,9 +13,10 @@ from livecl.metrics import VISIBLE_SHARE, layer_alphas, removal_changes, visible
 from livecl.rasterizer import Rasterizer
 from livecl.transparency import mse_seen
 
-#: Share of a layer's pixels under which it counts as hidden, and how many times as much as others it must be worth then:
-#: all that it does is to mend the rims of what hides it.
-HIDDEN_SHARE, HIDDEN_FACTOR = 0.01, 10
+#: A layer counts as hidden if less than this share of its pixels is visible.
+HIDDEN_SHARE = 0.01
+#: So many times as much as others a hidden layer must be worth: all that it does is to mend the rims of what hides it.
+HIDDEN_FACTOR = 10
 
 
 def needed_layers(
