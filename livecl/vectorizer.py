@@ -178,7 +178,7 @@ class Vectorizer:
         if state.error <= options.target_mse:
             state.stage = len(state.schedule) + options.revisions
         elif growing and before - state.error < options.path_gain * state.schedule[state.stage - 1]:
-            state.stage = len(state.schedule)
+            state.schedule = state.schedule[: state.stage]  # so that revisions do not place what is left out
 
     def outcome(self) -> Drawing:
         """Return the drawing as it would be saved now: rounded, without layers that come to nothing.

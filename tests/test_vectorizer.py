@@ -336,8 +336,13 @@ def test_a_blank_picture(name: str, device: int) -> None:
 
 def test_the_number_of_paths_may_be_left_to_the_program(device: int) -> None:
     options = Options(iterations=40, revisions=2)
-    result = vectorize(_three_shapes(), "auto", options=options, device=device)
+    paths: list[int] = []
+    result = vectorize(
+        _three_shapes(), "auto", options=options, device=device, on_step=lambda step: paths.append(step.paths)
+    )
     assert 3 <= result.drawing.num_layers <= 12 and result.options.path_gain > 0
+    assert len(paths) > 40 * len(result.stages)  # revisions were made, of no more than the stages placed
+    assert max(paths) <= 2 ** len(result.stages) - 1
     for layer in range(result.drawing.num_layers):
         without = result.drawing.layer_subset(np.arange(result.drawing.num_layers) != layer)
         assert _mse(without, _three_shapes(), device) - result.mse >= result.options.path_gain - 1e-9
