@@ -106,7 +106,7 @@ CHANGES: dict[str, tuple[Options, dict[str, Any]]] = {
     "shape": (QUICK, {"shape": "random"}),
     "shape by fit": (QUICK, {"shape": "outline"}),
     "holes": (Options(iterations=2, revisions=0), {"holes": False}),
-    "merge": (Options(iterations=2, revisions=0), {"merge": False}),
+    "merge": (Options(iterations=2, revisions=0, full_rate_side=0.0), {"merge": False}),
     "settle": (QUICK, {"settle": 0.1}),
     "revisions": (Options(iterations=10, revisions=0), {"revisions": 3}),
     "prune": (Options(iterations=2, revisions=0), {"prune": 0.1}),
@@ -120,6 +120,7 @@ CHANGES: dict[str, tuple[Options, dict[str, Any]]] = {
     "bins": (QUICK, {"bins": 1}),
     "learning_rate": (QUICK, {"learning_rate": 0.5}),
     "color_learning_rate": (QUICK, {"color_learning_rate": 0.05}),
+    "full_rate_side": (QUICK, {"full_rate_side": 48.0}),
     "decay": (Options.paper(iterations=30), {"decay": 0.01}),
     "new_color": (QUICK, {"new_color": "random"}),
     "opacity": (Options.paper(iterations=30), {"opacity": "opaque"}),
@@ -332,6 +333,15 @@ def test_a_blank_picture(name: str, device: int) -> None:
         assert result.mse < 1e-4
     if name == "default":
         assert result.drawing.num_layers == 0 and result.mse == 0
+
+
+@pytest.mark.parametrize(("side", "full", "step"), [(24, 240, 0.1), (24, 24, 1), (24, 12, 1), (24, 0, 1)])
+def test_points_take_smaller_steps_on_a_small_canvas(side: int, full: float, step: float, device: int) -> None:
+    vectorizer = _new_run(Options(full_rate_side=full), (2,), device, _three_shapes(side))
+    vectorizer.begin()
+    before = vectorizer.state.drawing.points
+    vectorizer.step()  # Adam's first step is the rate, where there is a gradient
+    assert np.abs(vectorizer.state.drawing.points - before).max() == pytest.approx(step, rel=1e-3)
 
 
 def test_the_number_of_paths_may_be_left_to_the_program(device: int) -> None:
