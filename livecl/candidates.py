@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.completion import completed
 from livecl.components import Place
 from livecl.drawing import Drawing
 from livecl.fitting import fit_outlines
@@ -144,6 +145,9 @@ class _Judge:
             opened = self._opened(region, masks[0])
             if opened is not None:
                 masks.append(opened)
+            joined = completed(region.mask, region.alike, self._painting.hidden)
+            if joined is not None:
+                masks.append(without_holes(joined))
         for mask in masks:
             trials = [(self._try([mask], rgba, roughly=True)[0].gain, number) for number, rgba in enumerate(fills)]
             gain, number = max(trials)

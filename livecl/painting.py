@@ -28,6 +28,8 @@ MOST_NUMBERS = 1 << 26
 MOST_DEPTHS = 8
 #: Overlap, px^2, that counts, and share by which a lower depth must be better than the top.
 LEAST_OVERLAP, LEAST_ADVANTAGE = 1.0, 0.01
+#: Transmittance up to which what lies below counts as hidden.
+LEAST_SEEN = 0.02
 #: Pixels from which on a layer is large enough to be tried roughly.
 LARGE = 500
 
@@ -92,6 +94,11 @@ class Painting:
     def error(self) -> FloatArray:
         """Squared difference from the target, as it is seen, summed over the channels: (H, W)."""
         return np.asarray(np.square(error_seen(self.target - self.image)).sum(axis=-1))
+
+    @property
+    def hidden(self) -> NDArray[np.bool_]:
+        """Pixels where layers hide all that may lie below them: (H, W)."""
+        return np.asarray(self._transmittances[0] <= LEAST_SEEN)
 
     @property
     def order(self) -> NDArray[np.intp]:
