@@ -7,10 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 BoolArray = NDArray[np.bool_]
+#: At most so many hidden pixels are joined to each visible one: no more is imagined than is seen. Without a limit, eyes
+#: and mouth become one band behind a head with holes.
+MOST_HIDDEN = 1.0
 
 
 def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> BoolArray | None:
-    """Return a region joined with other parts of its colour behind hidden pixels, or None if there are none.
+    """Return a region joined with other parts of its colour behind hidden pixels, or None if that cannot be.
 
     Parameters
     ----------
@@ -25,7 +28,8 @@ def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> BoolArr
     -------
     (H, W) bool or None
         Of the pixels that are alike or hidden those that hang together with the region, within the convex hull of the
-        parts joined: things are seen to go on behind others in a straight way, and nothing else is to be painted.
+        parts joined: nothing else is to be painted. None where there is no other part to join, or more than
+        `MOST_HIDDEN` would be hidden.
     """
     from skimage.measure import label
     from skimage.morphology import convex_hull_image
@@ -36,4 +40,5 @@ def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> BoolArr
     if parts.sum() == region.sum():
         return None
     labels = label((alike | hidden) & convex_hull_image(parts), connectivity=1)
-    return np.asarray(labels == labels[start])
+    joined = np.asarray(labels == labels[start])
+    return joined if joined.sum() <= (1 + MOST_HIDDEN) * (joined & alike).sum() else None
