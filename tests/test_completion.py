@@ -24,8 +24,8 @@ def test_two_parts_of_a_disc_are_joined_behind_a_bar() -> None:
     joined = completed(upper, DISC & ~bar, bar)
     assert joined is not None
     assert np.all(joined[DISC & ~bar]) and not np.any(joined & ~(DISC | bar))
-    # The hull is straight between the parts: of the disc's six rows behind the bar it leaves out less than half a pixel,
-    # the sagitta of a chord of 6 px, at either side.
+    # The hull is straight between the parts: of the disc's six rows behind the bar it leaves out less than half a
+    # pixel, the sagitta of a chord of 6 px, at either side.
     assert not np.any(joined & ~DISC) and np.sum(DISC & ~joined) <= 2 * 6
 
 
