@@ -91,12 +91,20 @@ def initial_outline(place: Place, size: tuple[int, int], options: Options, rng: 
 def region_candidates(
     painting: Painting, count: int, options: Options, rng: np.random.Generator, rasterizer: Rasterizer
 ) -> list[Candidate]:
-    """Return the paths that remove most error, one after the other, each put into the painting where it does best."""
+    """Return the paths that remove most error, one after the other, each put into the painting where it does best.
+
+    They are fewer than `count` where none is left that would be worth keeping (`Options.prune`); the first layer of a
+    picture is never left out.
+    """
     finder = RegionFinder(painting.target.astype(np.float64), painting.image.astype(np.float64))
     judge = _Judge(painting, options, rng, rasterizer)
     found = []
+    least = options.prune * 3 * painting.target[..., 0].size
     for _ in range(count):
-        found.append(judge.best(finder))
+        best = judge.best(finder, least)
+        if best is None and len(painting.order):
+            break
+        found.append(best or judge.circle())
         painting.insert(found[-1].trial)
     return found
 
@@ -111,20 +119,24 @@ class _Judge:
         self._rasterizer = rasterizer
         self._error = np.zeros(0)
 
-    def best(self, finder: RegionFinder) -> Candidate:
-        """Return the best candidate; where no region lowers the error, a circle at its largest pixel."""
+    def best(self, finder: RegionFinder, least: float) -> Candidate | None:
+        """Return the candidate that removes most squared error; None where none removes more than `least`."""
         error = self._error = self._painting.error.astype(np.float64)
         best: Candidate | None = None
         tried = [trial for region in self._regions(finder, error) for trial in self._as_they_are(region)]
         for number, (gain, mask, rgba) in enumerate(sorted(tried, key=lambda item: -item[0])):
             # No outline is better than the region itself; and one that helps is looked for among all of them.
-            if best is not None and (number >= CLOSE_CANDIDATES or ROUGHNESS * gain <= best.trial.gain):
+            most = least if best is None else best.trial.gain
+            if ROUGHNESS * gain <= most or (best is not None and number >= CLOSE_CANDIDATES):
                 break
             candidate = self._outlined(mask, rgba)
-            if candidate.trial.gain > (0.0 if best is None else best.trial.gain):
+            if candidate.trial.gain > most:
                 best = candidate
-        if best is not None:
-            return best
+        return best
+
+    def circle(self) -> Candidate:
+        """Return a circle where the largest error is."""
+        error = self._painting.error
         row, column = np.unravel_index(int(np.argmax(error)), error.shape)
         outline = [circle((column + 0.5, row + 0.5), self._options.radius, self._options.segments)]
         return self._candidates([outline], paint_of(self._painting.target[row, column]))[0]
@@ -190,7 +202,7 @@ def layers_of(outlines: list[Outline], size: tuple[int, ...], rgba: ArrayLike = 
     """Return outlines as layers, on a canvas of `size`, in one fill or one for each: straight RGBA, (4,) or (N, 4)."""
     subpaths = [subpath for outline in outlines for subpath in outline]
     return Drawing(
-        points=np.concatenate(subpaths),
+        points=np.concatenate([np.zeros((0, 3, 2)), *subpaths]),
         colors=np.broadcast_to(rgba, (len(outlines), 4)),
         size=(size[0], size[1]),
         subpath_offsets=np.cumsum([0, *map(len, subpaths)]),

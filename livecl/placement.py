@@ -48,7 +48,7 @@ def place_paths(
     rng: np.random.Generator,
     rasterizer: Rasterizer,
 ) -> Placement:
-    """Return `count` new layers for what a drawing still lacks of the target.
+    """Return up to `count` new layers for what a drawing still lacks of the target; fewer regions may be worth one.
 
     Parameters
     ----------
@@ -75,9 +75,9 @@ def place_paths(
         ground, colors = composited_colors(drawing)
         painting = Painting(target, image, ground, layer_alphas(drawing, rasterizer), colors)
         candidates = region_candidates(painting, count, options, rng, rasterizer)
-        rgba = np.array([candidate.rgba for candidate in candidates])
+        rgba = np.array([candidate.rgba for candidate in candidates]).reshape(-1, 4)
         if options.new_color == "random":
-            rgba = rng.uniform(size=(count, 4))
+            rgba = rng.uniform(size=rgba.shape)
         return Placement(layers_of([candidate.outline for candidate in candidates], drawing.size, rgba), painting.order)
     new = _scattered_paths(target, image, count, options, rng)
     return Placement(new, np.arange(drawing.num_layers + new.num_layers))

@@ -124,8 +124,14 @@ class Vectorizer:
             return False
         return rounds >= options.revisions or state.failures >= MAX_FAILURES or not state.free.any()
 
-    def begin(self) -> None:
-        """Place the paths of the stage, or of the revision, that is about to start; a refinement adds none."""
+    def begin(self) -> bool:
+        """Place the paths of the stage, or of the revision, that is about to start; a refinement adds none.
+
+        Returns
+        -------
+        bool
+            False where nothing is left that is worth a path: the stage is left out, and so are all after it.
+        """
         state = self.state
         if state.stage < len(state.schedule) and state.schedule[state.stage] == 0:
             state.fallback, count = state.fall_back(), 0
@@ -141,8 +147,13 @@ class Vectorizer:
             count = state.schedule[state.stage]
         if count:
             placement = place_paths(self.target, state.drawing, count, state.options, state.rng, self.rasterizer)
-            state.add(placement.drawing.replace(stages=np.full(count, self._stage_of_new())), placement.order)
+            placed = placement.drawing.num_layers
+            if not placed and state.stage < len(state.schedule):
+                state.schedule = state.schedule[: state.stage]
+                return False
+            state.add(placement.drawing.replace(stages=np.full(placed, self._stage_of_new())), placement.order)
         state.pieces = self.rasterizer.pieces(state.drawing)
+        return True
 
     def _stage_of_new(self) -> int:
         """Stage that new layers are labelled with: the run's, counted on from the drawing that it started from."""
@@ -257,8 +268,10 @@ def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = 
     while not vectorizer.finished and not stopped:
         start = time.perf_counter()
         first = state.iteration
-        if first == 0:
-            vectorizer.begin()
+        if first == 0 and not vectorizer.begin():
+            before = outcomes.pop() if outcomes else None
+            outcomes.append(_outcome(vectorizer, before, 0, time.perf_counter() - start))
+            continue
         while state.iteration < state.options.iterations and not stopped:
             loss = vectorizer.step()
             if on_step is not None:
@@ -267,12 +280,17 @@ def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = 
         if not stopped:
             vectorizer.end()
         seconds = time.perf_counter() - start
-        if revision and outcomes:
-            before = outcomes.pop()
-            steps, seconds = steps + before.iterations, seconds + before.seconds
-        drawing = vectorizer.outcome()
-        outcomes.append(Stage(drawing, vectorizer.mse(drawing), steps, seconds))
+        before = outcomes.pop() if revision and outcomes else None
+        outcomes.append(_outcome(vectorizer, before, steps, seconds))
     return outcomes
+
+
+def _outcome(vectorizer: Vectorizer, before: Stage | None, steps: int, seconds: float) -> Stage:
+    """Return the stage that ends as the run stands, what it took being added to what it took `before`."""
+    drawing = vectorizer.outcome()
+    if before is not None:
+        steps, seconds = steps + before.iterations, seconds + before.seconds
+    return Stage(drawing, vectorizer.mse(drawing), steps, seconds)
 
 
 def _step_of(vectorizer: Vectorizer, loss: float) -> Step:

@@ -358,6 +358,24 @@ def test_the_number_of_paths_may_be_left_to_the_program(device: int) -> None:
         assert _mse(without, _three_shapes(), device) - result.mse >= result.options.path_gain - 1e-9
 
 
+@pytest.mark.parametrize("revisions", [0, 2])
+def test_stages_for_which_no_path_is_worth_it_are_left_out(revisions: int, device: int) -> None:
+    picture = np.ones((24, 24, 3))
+    picture[6:18, 4:20] = (0.1, 0.4, 0.8)
+    steps: list[tuple[int, int]] = []
+    options = Options(iterations=30, revisions=revisions, prune=1e-3)
+    result = vectorize(
+        picture,
+        schedule=[1, 2, 3],
+        options=options,
+        device=device,
+        on_step=lambda step: steps.append((step.stage, step.paths)),
+    )
+    assert len(result.stages) == 1 and result.drawing.num_layers == 1
+    assert result.mse < 1e-3 and {paths for _, paths in steps} == {1}
+    assert {stage for stage, _ in steps} == set(range(1 + revisions))
+
+
 def test_no_further_stage_where_the_error_is_low_enough(device: int) -> None:
     options = Options(iterations=40, revisions=2)
     stages = vectorize(SMALL, schedule=[1, 1, 1, 1, 1], options=options, device=device).stages
