@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.transparency import error_seen
 
 FloatArray = NDArray[np.floating[Any]]
+Window = tuple[slice, slice]
 
 #: Numbers that grounds and transmittances of all depths may take: 256 MiB. A picture of more layers counts as one.
 MOST_NUMBERS = 1 << 26
@@ -76,7 +77,7 @@ class Painting:
             self._fixed, self._ids, self._alphas, self._colors, ground = self._ids, [], [], [], image
         grounds = [np.array(ground, dtype=np.float32)]
         for alpha, color in zip(self._alphas, self._colors, strict=True):
-            grounds.append(_over(grounds[-1], alpha, color))
+            grounds.append(over(grounds[-1], alpha, color))
         transmittances = [np.ones(self.target.shape[:2], np.float32)]
         for alpha in reversed(self._alphas):
             transmittances.append(transmittances[-1] * (1 - alpha))
@@ -103,7 +104,7 @@ class Painting:
         Roughly, of a large layer only every second pixel in each direction is looked at.
         """
         top = len(self._ids)
-        window = _window(alpha)
+        window = window_of(alpha)
         if window is None:
             return Trial(top, alpha, color, 0.0)
         area = 1.0
@@ -121,9 +122,14 @@ class Painting:
             visible = share * self._transmittances[depth][window]
             change = visible[..., None] * error_seen(color.astype(np.float32) - self._grounds[depth][window])
             gain = area * float(np.sum(change * (2 * residual - change)))
+            gain += self._follow_gain(depth, lower, window, change, area)
             if gain > best.gain + (LEAST_ADVANTAGE * abs(best.gain) if best.depth == top and depth != top else 0.0):
                 best = Trial(depth, alpha, color, gain)
         return best
+
+    def _follow_gain(self, depth: int, lower: list[int], window: Window, change: NDArray[Any], area: float) -> float:
+        """Error that another layer would remove, following a new one; here they stay as they are."""
+        return 0.0
 
     def insert(self, trial: Trial) -> None:
         """Put a new layer where it was tried: only within its own window anything changes."""
@@ -133,21 +139,22 @@ class Painting:
         self._colors.insert(depth, trial.color.astype(np.float32))
         grounds.insert(depth + 1, grounds[depth].copy())
         self._transmittances.insert(depth, self._transmittances[depth].copy())
-        window = _window(alpha)
+        window = window_of(alpha)
         if window is None:
             return
         for k in range(depth, len(self._alphas)):
-            grounds[k + 1][window] = _over(grounds[k][window], self._alphas[k][window], self._colors[k])
+            grounds[k + 1][window] = over(grounds[k][window], self._alphas[k][window], self._colors[k])
         for transmittance in self._transmittances[: depth + 1]:
             transmittance[window] *= 1 - alpha[window]
 
 
-def _over(ground: NDArray[Any], alpha: NDArray[Any], color: NDArray[Any]) -> NDArray[Any]:
+def over(ground: NDArray[Any], alpha: NDArray[Any], color: NDArray[Any]) -> NDArray[Any]:
+    """Return what a layer of an alpha (H, W) and a colour (C,) shows over (H, W, C)."""
     return np.asarray(ground + alpha[..., None] * (color - ground))
 
 
-def _window(alpha: NDArray[Any]) -> tuple[slice, slice] | None:
-    """Rows and columns that hold all that is covered."""
+def window_of(alpha: NDArray[Any]) -> Window | None:
+    """Return the rows and columns that hold all that is covered."""
     rows, columns = np.flatnonzero(alpha.any(axis=1)), np.flatnonzero(alpha.any(axis=0))
     if not len(rows):
         return None

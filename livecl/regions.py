@@ -21,8 +21,8 @@ BoolArray = NDArray[np.bool_]
 
 #: Blur of the target, px, and levels that each channel is then sorted into: from flat regions to blobs of photographs.
 TARGET_LEVELS = ((0.0, 4), (0.0, 8), (1.0, 8), (2.0, 6), (4.0, 6))
-#: Levels per unit that the difference from the target is rounded to, in each channel. Without a background paint can add
-#: alpha but not take it away, so that most candidates are of no use, and small differences are looked at too.
+#: Levels per unit that the difference from the target is rounded to, in each channel. Without a background paint can
+#: add alpha but not take it away, so that most candidates are of no use, and small differences are looked at too.
 DIFFERENCE_LEVELS, TRANSPARENT_LEVELS = (4, 8), (4, 8, 16, 32)
 #: Two regions whose gain and area differ by less than about one part in so many count as the same.
 ALIKE = 20
