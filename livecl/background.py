@@ -74,7 +74,7 @@ def target_over(image: NDArray[np.float32], background: ArrayLike | None) -> NDA
     """Return what a drawing's render is compared with.
 
     Over a background that is RGB, (H, W, 3). Without one it is premultiplied RGBA, (H, W, 4): so the colour of clear
-    pixels does not count, and where the drawing lies over any background b the difference in the picture,
-    (C - C*) - (A - A*) b, is small if all four are.
+    pixels does not count, and over any background b the difference in the picture is (C - C*) - (A - A*) b
+    (:mod:`livecl.transparency`).
     """
     return premultiplied(image) if background is None else over_background(image, background)

@@ -12,7 +12,7 @@ so that what it does to the squared error is known without compositing anything 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.transparency import error_seen
 
 FloatArray = NDArray[np.floating[Any]]
+Window = tuple[slice, slice]
 
 #: Numbers that grounds and transmittances of all depths may take: 256 MiB. A picture of more layers counts as one.
 MOST_NUMBERS = 1 << 26
@@ -79,7 +80,7 @@ class Painting:
             self._fixed, self._ids, self._alphas, self._colors, ground = self._ids, [], [], [], image
         grounds = [np.array(ground, dtype=np.float32)]
         for alpha, color in zip(self._alphas, self._colors, strict=True):
-            grounds.append(_over(grounds[-1], alpha, color))
+            grounds.append(over(grounds[-1], alpha, color))
         transmittances = [np.ones(self.target.shape[:2], np.float32)]
         for alpha in reversed(self._alphas):
             transmittances.append(transmittances[-1] * (1 - alpha))
@@ -125,7 +126,7 @@ class Painting:
         top = len(self._ids)
         alphas = [np.asarray(alpha, dtype=np.float32) for alpha in alphas]
         together = np.maximum.reduce(alphas)
-        window = _window(together)
+        window = window_of(together)
         if window is None:
             return [Trial(top, alpha, color, 0.0) for alpha in alphas]
         area = 1.0
@@ -135,15 +136,18 @@ class Painting:
         depths = [top, *self._depths_below(together, window, LEAST_OVERLAP / area)]
         residual = error_seen(self.target[window] - self.image[window])
         linear, square = np.empty((2, len(depths), *residual.shape[:2]), np.float32)
+        followers = []
         for number, depth in enumerate(depths):
             missing = error_seen(color.astype(np.float32) - self._grounds[depth][window])
             seen = self._transmittances[depth][window]
             linear[number] = 2 * seen * np.einsum("hwc,hwc->hw", residual, missing)
             square[number] = seen * seen * np.einsum("hwc,hwc->hw", missing, missing)
+            followers.append(self._follower(depth, depths[1:], window, missing, area))
         trials = []
         for alpha in alphas:
             share = alpha[window]
             gains = area * (share * (linear - share * square)).sum(axis=(1, 2))
+            gains += np.array([gain(share) for gain in followers], dtype=gains.dtype)
             number = int(np.argmax(gains))
             if gains[number] <= gains[0] + LEAST_ADVANTAGE * abs(gains[0]):
                 number = 0
@@ -156,6 +160,15 @@ class Painting:
         overlaps = np.array([float(np.einsum("hw,hw->", share, other[window])) for other in self._alphas])
         return [int(k) for k in np.argsort(-overlaps, kind="stable")[:MOST_DEPTHS] if overlaps[k] > least]
 
+    def _follower(
+        self, depth: int, lower: list[int], window: Window, missing: NDArray[Any], area: float
+    ) -> Callable[[NDArray[Any]], float]:
+        """Return what error another layer would remove in answer to a new one's alpha in a window; here none does.
+
+        `missing` (h, w, C) is c - C_k there, as it is seen, and `area` how many pixels each of them stands for.
+        """
+        return lambda share: 0.0
+
     def insert(self, trial: Trial) -> None:
         """Put a new layer where it was tried: only within its own window anything changes."""
         depth, alpha, grounds = trial.depth, trial.alpha.astype(np.float32), self._grounds
@@ -164,21 +177,22 @@ class Painting:
         self._colors.insert(depth, trial.color.astype(np.float32))
         grounds.insert(depth + 1, grounds[depth].copy())
         self._transmittances.insert(depth, self._transmittances[depth].copy())
-        window = _window(alpha)
+        window = window_of(alpha)
         if window is None:
             return
         for k in range(depth, len(self._alphas)):
-            grounds[k + 1][window] = _over(grounds[k][window], self._alphas[k][window], self._colors[k])
+            grounds[k + 1][window] = over(grounds[k][window], self._alphas[k][window], self._colors[k])
         for transmittance in self._transmittances[: depth + 1]:
             transmittance[window] *= 1 - alpha[window]
 
 
-def _over(ground: NDArray[Any], alpha: NDArray[Any], color: NDArray[Any]) -> NDArray[Any]:
+def over(ground: NDArray[Any], alpha: NDArray[Any], color: NDArray[Any]) -> NDArray[Any]:
+    """Return what a layer of an alpha (H, W) and a colour (C,) shows over (H, W, C)."""
     return np.asarray(ground + alpha[..., None] * (color - ground))
 
 
-def _window(alpha: NDArray[Any]) -> tuple[slice, slice] | None:
-    """Rows and columns that hold all that is covered."""
+def window_of(alpha: NDArray[Any]) -> Window | None:
+    """Return the rows and columns that hold all that is covered."""
     rows, columns = np.flatnonzero(alpha.any(axis=1)), np.flatnonzero(alpha.any(axis=0))
     if not len(rows):
         return None

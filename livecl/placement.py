@@ -20,6 +20,7 @@ from livecl.metrics import composited_colors, layer_alphas
 from livecl.options import Options
 from livecl.painting import Painting
 from livecl.rasterizer import Rasterizer
+from livecl.transparent_painting import TransparentPainting
 
 FloatArray = NDArray[np.float64]
 
@@ -73,7 +74,9 @@ def place_paths(
     image = rasterizer.forward(drawing)
     if options.placement == "region":
         ground, colors = composited_colors(drawing)
-        painting = Painting(target, image, ground, layer_alphas(drawing, rasterizer), colors)
+        follows = drawing.background is None and options.opacity != "opaque"
+        kind = TransparentPainting if follows else Painting
+        painting = kind(target, image, ground, layer_alphas(drawing, rasterizer), colors)
         candidates = region_candidates(painting, count, options, rng, rasterizer)
         rgba = np.array([candidate.rgba for candidate in candidates]).reshape(-1, 4)
         if options.new_color == "random":

@@ -166,7 +166,9 @@ class Rasterizer:
     ) -> tuple[float, Gradients]:
         """Weighted squared error of a drawing, and its gradient, in one go.
 
-        The loss is the sum over pixels of ``scale * weight`` times the sum over channels of (image - target)^2.
+        The loss is the sum over pixels of ``scale * weight`` times the sum over R, G and B of (image - target)^2; where
+        the drawing has no background, times the mean of that sum over a black and over a white one
+        (:mod:`livecl.transparency`).
 
         Parameters
         ----------

@@ -14,6 +14,7 @@ from livecl import Options, Rasterizer, vectorize
 from livecl.background import background_for, border_color, check_background, target_over
 from livecl.image import over_background, premultiplied
 from livecl.metrics import layer_alphas, mse, removal_changes
+from livecl.transparency import mse_seen
 
 SIDE = 48
 
@@ -67,7 +68,7 @@ def test_the_color_of_clear_pixels_does_not_count(device: int) -> None:
 
 
 def test_opacities_of_layers_are_those_of_the_picture(device: int) -> None:
-    result = vectorize(_picture(), 3, options=Options(iterations=150, revisions=0), device=device)
+    result = vectorize(_picture(), 3, options=Options(iterations=150), device=device)
     opacities = sorted(result.drawing.colors[:, 3])
     np.testing.assert_allclose(opacities, (0.5, 0.5, 1.0), atol=0.05)  # of the picture's three, within 13 levels
 
@@ -99,11 +100,13 @@ def test_a_missing_layer_changes_the_error_as_told(device: int) -> None:
     drawing = vectorize(_picture(), 4, options=Options(iterations=20, revisions=0), device=device).drawing
     rasterizer = Rasterizer(drawing.size, device)
     changes = removal_changes(drawing, layer_alphas(drawing, rasterizer), image)
-    error = mse(rasterizer.forward(drawing), image)
+    seen = removal_changes(drawing, layer_alphas(drawing, rasterizer), image, seen=True)
+    error, error_seen = mse(rasterizer.forward(drawing), image), mse_seen(rasterizer.forward(drawing), image)
     for layer in range(drawing.num_layers):
         without = drawing.layer_subset(np.arange(drawing.num_layers) != layer)
         # Renders are in single precision: about 1e-7 in every pixel, against differences of up to 1.
         assert changes[layer] == pytest.approx(mse(rasterizer.forward(without), image) - error, abs=1e-6)
+        assert seen[layer] == pytest.approx(mse_seen(rasterizer.forward(without), image) - error_seen, abs=1e-6)
 
 
 RED_BORDER = np.full((6, 7, 3), 0.5, np.float32)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import reference
 from conftest import RasterizerFor
-from reference.composite import composite_backward
+from reference.composite import composite_backward, squared_error
 from reference.rounding import UNIT, colors_tolerance, image_tolerance
 
 from livecl.drawing import empty_drawing
@@ -81,9 +81,10 @@ def test_loss_is_the_weighted_squared_error(rasterizer_for: RasterizerFor, dtype
             case.drawing, target, weight, pieces=case.pieces
         )
         image = reference.render(case.drawing, case.pieces)
-        expected = float(np.sum(weight * np.sum((image - target) ** 2, axis=-1)))
-        # d(loss) = 2 weight |image - target| d(image), summed; and the rounding of as many partial sums.
-        slope = 2 * float(np.sum(weight[..., None] * np.abs(image - target)))
+        error, d_image = squared_error(image, target)
+        expected = float(np.sum(weight * error))
+        # d(loss) = weight |d_image| d(image), summed; and the rounding of as many partial sums.
+        slope = float(np.sum(weight[..., None] * np.abs(d_image)))
         rounding = slope * image_tolerance(case.drawing, case.pieces) + UNIT * image.size * expected
         assert isinstance(loss, float)
         assert loss == pytest.approx(expected, rel=0, abs=rounding if dtype is np.float32 else 1e-8)

@@ -126,3 +126,15 @@ def test_smallest_pictures(size: tuple[int, int]) -> None:
     num_pixels = size[0] * size[1]
     assert bool(regions) == (num_pixels >= SMALLEST)
     assert all(region.gain == pytest.approx(3 * num_pixels) for region in regions)
+
+
+def test_a_small_difference_in_alpha_is_a_region() -> None:
+    # Of 0.05: less than half a level of those that pictures with a background are sorted by.
+    target = np.zeros((30, 40, 4))
+    target[..., 3] = 0.5
+    image = target.copy()
+    image[10:20, 10:20, 3] -= 0.05
+    square = np.zeros((30, 40), dtype=bool)
+    square[10:20, 10:20] = True
+    masks = [region.mask for region in RegionFinder(target, image).best(square * 0.05**2, 60)]
+    assert any(np.array_equal(mask, square) for mask in masks)

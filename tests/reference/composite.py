@@ -53,6 +53,20 @@ def composite_backward(
     return d_coverage, d_colors, np.sum(g, axis=(0, 1))
 
 
+def squared_error(image: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the squared error of each pixel, (H, W), and its gradient by the image, (H, W, K).
+
+    Of RGB it is |e|^2. Of premultiplied RGBA, with e = (f, e_a), the mean over a black background, where f shows, and a
+    white one, where f - e_a (1, 1, 1) does: 1/2 |f|^2 + 1/2 |f - e_a (1, 1, 1)|^2.
+    """
+    error = image - target
+    if error.shape[-1] == 3:
+        return np.sum(error**2, axis=-1), 2 * error
+    black, white = error[..., :3], error[..., :3] - error[..., 3:]
+    d_error = np.concatenate([black + white, -np.sum(white, axis=-1, keepdims=True)], axis=-1)
+    return np.sum(black**2 + white**2, axis=-1) / 2, d_error
+
+
 def _paint(colors: FloatArray, background: FloatArray | None) -> FloatArray:
     return (
         colors[:, :3] if background is not None else np.concatenate([colors[:, :3], np.ones((len(colors), 1))], axis=1)
