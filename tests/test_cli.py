@@ -370,7 +370,9 @@ class TestTerminal:
         return text
 
     def test_progress(self, folder: Path) -> None:
-        text = self.read_all(*self.start("--schedule", "1,1", "--iterations", "600", "--revisions", "0"))
+        text = self.read_all(
+            *self.start("--schedule", "1,1", "--iterations", "600", "--revisions", "0", "--preset", "paper")
+        )
         assert re.search(r"stage 2/2: +\d+%\|[^\r]*/1200 \[\d\d:\d\d<\d\d:\d\d, [^\r]*, paths 2, MSE \d", text)
         assert re.search(r"out\.svg: \d paths, MSE \S+, \S+ s\r\n$", text)
 

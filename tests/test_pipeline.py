@@ -7,6 +7,7 @@ import drawings
 import numpy as np
 import pytest
 from conftest import RasterizerFor
+from reference.composite import squared_error
 
 from livecl.device import OpenDevice
 from livecl.pipeline import DistanceWeight
@@ -67,10 +68,11 @@ def test_pixels_without_weight_have_no_say(rasterizer_for: RasterizerFor, name: 
     weight = np.zeros(drawing.size)
     weight[5:8, 6:15] = np.random.default_rng(4).uniform(size=(3, 9))
     image = rasterizer.forward(drawing, pieces=case.pieces)
-    expected = rasterizer.backward(2 * weight[..., None] * (image - target))  # leaves gradients of all tiles behind
+    error, d_error = squared_error(image, target)
+    expected = rasterizer.backward(weight[..., None] * d_error)  # leaves gradients of all tiles behind
     rasterizer.loss_and_gradients(drawing, target, np.ones(drawing.size), case.pieces)
     loss, found = rasterizer.loss_and_gradients(drawing, target, weight, case.pieces)
-    assert loss == pytest.approx(np.sum(weight[..., None] * (image - target) ** 2), rel=num_pixels * EPSILON)
+    assert loss == pytest.approx(np.sum(weight * error), rel=num_pixels * EPSILON)
     _assert_close(found, expected, num_pixels)
     assert rasterizer.loss_and_gradients(drawing, target, 0 * weight, case.pieces)[0] == 0
 
