@@ -124,6 +124,34 @@ __kernel void coverage_forward(int4 band, int num_columns, __global const int4 *
     cover_span(id, num_columns, spans, layer_segments, line_offsets, segment_bounds, lines, winding, area, d_coverage);
 }
 
+// Each layer's coverage by itself, min(|A|, 1), as a plane; 0 outside its spans. Work-item: one layer in one strip.
+//
+// spans, layer_strips, layer_spans  in: where tiles are       winding, area  in, as left by coverage_forward
+// planes  (N, num_strips, num_tiles * TILE)  out
+__kernel void coverage_planes(int4 band, int num_layers, int num_strips, int num_tiles, __global const int4 *spans,
+                              __global const int2 *layer_strips, __global const int *layer_spans,
+                              __global const int *winding, __global const realv *area, __global realv *planes)
+{
+    int id = get_global_id(0), layer = id % num_layers, strip = band.z + id / num_layers;
+    if (strip >= band.w) return;
+    int2 strips = layer_strips[layer];
+    int4 span = 0;
+    if (strip >= strips_first(strips) && strip < strips_last(strips)) span = spans[layer_spans[strips.x + strip]];
+    __global realv *plane = planes + (layer * num_strips + strip) * num_tiles * TILE;
+    for (int tile = 0; tile < num_tiles; tile++) {
+        int inside = tile >= span_first(span) && tile < span_last(span), index = inside ? span_tile(span, tile) : 0;
+        for (int column = 0; column < TILE; column++) {
+            realv share = 0;
+            if (inside) {
+                int whole = winding[index];
+                realv a = area[index * TILE + column], size = MAGNITUDE(a);
+                share = whole == EDGE ? LESSER(size, (realv)1) : (realv)(whole != 0);
+            }
+            plane[tile * TILE + column] = share;
+        }
+    }
+}
+
 typedef struct {
     __global const int4 *spans;
     __global const int2 *layer_strips;

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from livecl.sequences import SequenceResult, vectorize_sequence
     from livecl.state import State
     from livecl.svg import read_svg
-    from livecl.vectorizer import vectorize
+    from livecl.vectorization import vectorize
 
 __version__ = "0.1.0"
 
@@ -66,7 +66,7 @@ _MODULES = {
     "state": ["State"],
     "svg": ["read_svg"],
     "result": ["Result"],
-    "vectorizer": ["vectorize"],
+    "vectorization": ["vectorize"],
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 

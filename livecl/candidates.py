@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+import functools
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.completion import completed
 from livecl.components import Place
 from livecl.drawing import Drawing
 from livecl.fitting import fit_outlines
@@ -37,6 +40,8 @@ ROUGHNESS = 1.05
 GAIN_PER_SEGMENT, SEGMENT_ERROR = 0.001, 0.5
 #: Alpha from which on paint starts opaque, and under which a region counts as clear: no paint makes a picture clearer.
 OPAQUE_FROM, CLEAR = 0.9, 0.02
+#: Regions whose outlines are remembered.
+REMEMBERED = 256
 #: Holes of a region that are looked at.
 MOST_HOLES = 8
 
@@ -86,12 +91,21 @@ def initial_outline(place: Place, size: tuple[int, int], options: Options, rng: 
 def region_candidates(
     painting: Painting, count: int, options: Options, rng: np.random.Generator, rasterizer: Rasterizer
 ) -> list[Candidate]:
-    """Return the paths that remove most error, one after the other, each put into the painting where it does best."""
+    """Return the paths that remove most error, one after the other, each put into the painting where it does best.
+
+    They are fewer than `count` where none is left that would be worth keeping (`Options.prune`); the first layer of a
+    picture is never left out. Without a background any that lowers the error is placed: what it is worth depends on the
+    opacities of others, and those are not at their best before training.
+    """
     finder = RegionFinder(painting.target.astype(np.float64), painting.image.astype(np.float64))
     judge = _Judge(painting, options, rng, rasterizer)
     found = []
+    least = options.prune * painting.target.size if painting.target.shape[2] == 3 else 0.0
     for _ in range(count):
-        found.append(judge.best(finder))
+        best = judge.best(finder, least)
+        if best is None and len(painting.order):
+            break
+        found.append(best or judge.circle())
         painting.insert(found[-1].trial)
     return found
 
@@ -106,23 +120,27 @@ class _Judge:
         self._rasterizer = rasterizer
         self._error = np.zeros(0)
 
-    def best(self, finder: RegionFinder) -> Candidate:
-        """Return the best candidate; where no region lowers the error, a circle at its largest pixel."""
+    def best(self, finder: RegionFinder, least: float) -> Candidate | None:
+        """Return the candidate that removes most squared error; None where none removes more than `least`."""
         error = self._error = self._painting.error.astype(np.float64)
         best: Candidate | None = None
         tried = [trial for region in self._regions(finder, error) for trial in self._as_they_are(region)]
         for number, (gain, mask, rgba) in enumerate(sorted(tried, key=lambda item: -item[0])):
             # No outline is better than the region itself; and one that helps is looked for among all of them.
-            if best is not None and (number >= CLOSE_CANDIDATES or ROUGHNESS * gain <= best.trial.gain):
+            most = least if best is None else best.trial.gain
+            if ROUGHNESS * gain <= most or (best is not None and number >= CLOSE_CANDIDATES):
                 break
             candidate = self._outlined(mask, rgba)
-            if candidate.trial.gain > (0.0 if best is None else best.trial.gain):
+            if candidate.trial.gain > most:
                 best = candidate
-        if best is not None:
-            return best
+        return best
+
+    def circle(self) -> Candidate:
+        """Return a circle where the largest error is."""
+        error = self._painting.error
         row, column = np.unravel_index(int(np.argmax(error)), error.shape)
         outline = [circle((column + 0.5, row + 0.5), self._options.radius, self._options.segments)]
-        return self._candidate(outline, paint_of(self._painting.target[row, column]))
+        return self._candidates([outline], paint_of(self._painting.target[row, column]))[0]
 
     def _regions(self, finder: RegionFinder, error: FloatArray) -> Iterator[Region]:
         """Yield the regions to look at: those that hold most error, and are not clear."""
@@ -140,8 +158,11 @@ class _Judge:
             opened = self._opened(region, masks[0])
             if opened is not None:
                 masks.append(opened)
+            joined = completed(region.mask, region.alike, self._painting.hidden)
+            if joined is not None:
+                masks.append(without_holes(joined))
         for mask in masks:
-            trials = [(self._try(mask, rgba, roughly=True).gain, number) for number, rgba in enumerate(fills)]
+            trials = [(self._try([mask], rgba, roughly=True)[0].gain, number) for number, rgba in enumerate(fills)]
             gain, number = max(trials)
             yield gain, mask, fills[number]
 
@@ -159,35 +180,35 @@ class _Judge:
         """Return a layer with an outline around a region, of more segments than `segments` where each adds enough."""
         options = self._options
         if options.shape != "outline":
-            return self._candidate(initial_outline(_place(mask), mask.shape, options, self._rng), rgba)
-        outlines = fitted_outlines(mask, options)
-        best = self._candidate(outlines[0], rgba)
-        for outline in outlines[1:]:
-            candidate = self._candidate(outline, rgba)
+            return self._candidates([initial_outline(_place(mask), mask.shape, options, self._rng)], rgba)[0]
+        best, *others = self._candidates(fitted_outlines(mask, options), rgba)
+        for candidate in others:
             share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_ERROR)
             if candidate.trial.gain > best.trial.gain + share * (candidate.num_segments - best.num_segments):
                 best = candidate
         return best
 
-    def _candidate(self, outline: Outline, rgba: FloatArray) -> Candidate:
-        return Candidate(outline, rgba, self._try(self._coverage(outline), rgba))
+    def _candidates(self, outlines: list[Outline], rgba: FloatArray) -> list[Candidate]:
+        trials = self._try(self._rasterizer.coverages(layers_of(outlines, self._painting.target.shape[:2])), rgba)
+        return [Candidate(outline, rgba, trial) for outline, trial in zip(outlines, trials, strict=True)]
 
-    def _try(self, coverage: NDArray[Any], rgba: FloatArray, roughly: bool = False) -> Trial:
+    def _try(self, coverages: Iterable[NDArray[Any]], rgba: FloatArray, roughly: bool = False) -> list[Trial]:
         color = np.ones(self._painting.target.shape[2])
         color[:3] = rgba[:3]
-        return self._painting.try_layer(rgba[3] * coverage, color, roughly)
+        opacity = np.float32(rgba[3])
+        return self._painting.try_layers([opacity * coverage for coverage in coverages], color, roughly)
 
-    def _coverage(self, outline: Outline) -> NDArray[Any]:
-        height, width = self._painting.target.shape[:2]
-        white = Drawing(
-            points=np.concatenate(outline),
-            colors=[[1, 1, 1, 1]],
-            size=(height, width),
-            background=(0, 0, 0),
-            subpath_offsets=np.cumsum([0, *map(len, outline)]),
-            layer_offsets=[0, len(outline)],
-        )
-        return self._rasterizer.forward(white)[..., 0]
+
+def layers_of(outlines: list[Outline], size: tuple[int, ...], rgba: ArrayLike = (0, 0, 0, 1)) -> Drawing:
+    """Return outlines as layers, on a canvas of `size`, in one fill or one for each: straight RGBA, (4,) or (N, 4)."""
+    subpaths = [subpath for outline in outlines for subpath in outline]
+    return Drawing(
+        points=np.concatenate([np.zeros((0, 3, 2)), *subpaths]),
+        colors=np.broadcast_to(rgba, (len(outlines), 4)),
+        size=(size[0], size[1]),
+        subpath_offsets=np.cumsum([0, *map(len, subpaths)]),
+        layer_offsets=np.cumsum([0, *map(len, outlines)]),
+    )
 
 
 def _place(mask: BoolArray) -> Place:
@@ -202,10 +223,23 @@ def fitted_outlines(mask: BoolArray, options: Options) -> list[Outline]:
     return [[path, *inner] for path in outer[options.segments - 1 :]]
 
 
-def fitted(mask: BoolArray, most: int) -> list[FloatArray]:
-    """Return paths of 1, 2, ... `most` segments around a region (H, W); holes are filled."""
+def fitted(mask: BoolArray, most: int) -> Sequence[FloatArray]:
+    """Return paths of 1, 2, ... `most` segments around a region (H, W); holes are filled.
+
+    The last ones are remembered, as the regions of a picture are looked at again for each new path.
+    """
+    return _fitted(np.packbits(mask).tobytes(), mask.shape, most)
+
+
+@functools.lru_cache(maxsize=REMEMBERED)
+def _fitted(packed: bytes, shape: tuple[int, ...], most: int) -> tuple[FloatArray, ...]:
+    mask = np.unpackbits(np.frombuffer(packed, np.uint8), count=math.prod(shape)).reshape(shape).astype(bool)
     area = int(mask.sum())
     if area < SMALL_REGION:
         center = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
-        return [circle(center, np.sqrt(area / np.pi), segments) for segments in range(1, most + 1)]
-    return fit_outlines(border(mask), most)
+        paths = [circle(center, np.sqrt(area / np.pi), segments) for segments in range(1, most + 1)]
+    else:
+        paths = fit_outlines(border(mask), most)
+    for path in paths:
+        path.flags.writeable = False  # they are shared
+    return tuple(paths)

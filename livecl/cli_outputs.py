@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from livecl import __version__
 from livecl.files import check_file, check_folder, write_atomically
+from livecl.progress import FilmProgress
 from livecl.recipe import Recipe
 from livecl.result import Result
 
@@ -45,6 +46,10 @@ class Finished:
         The words that asked for it.
     course : Course or None
         Drawings on the way, where an output shows them.
+    device : int, str or None
+        OpenCL device that renders for the outputs, as it did for the run.
+    quiet : bool
+        Show no progress.
     """
 
     name: str
@@ -53,6 +58,8 @@ class Finished:
     result: Result
     command: tuple[str, ...] = ("livecl",)
     course: Course | None = None
+    device: int | str | None = None
+    quiet: bool = True
 
 
 @dataclasses.dataclass(frozen=True)
@@ -140,14 +147,21 @@ def write_html(file: Path, finished: Finished) -> None:
     """Write a page to look through the result."""
     from livecl.report import write_report
 
-    write_report(file, finished.image, finished.result, command=finished.command, name=finished.name)
+    write_report(
+        file,
+        finished.image,
+        finished.result,
+        command=finished.command,
+        name=finished.name,
+        device=finished.device,
+    )
 
 
 def write_sheet(file: Path, finished: Finished) -> None:
     """Write picture and stages side by side."""
     from livecl.pictures import save_sheet
 
-    save_sheet(file, finished.image, finished.result)
+    save_sheet(file, finished.image, finished.result, device=finished.device)
 
 
 def write_plot(file: Path, finished: Finished) -> None:
@@ -160,13 +174,15 @@ def write_plot(file: Path, finished: Finished) -> None:
 def write_gif(file: Path, finished: Finished) -> None:
     """Write the learning course as a GIF."""
     assert finished.course is not None
-    finished.course.save_gif(file, result=finished.result)
+    with FilmProgress(file.name, quiet=finished.quiet) as progress:
+        finished.course.save_gif(file, result=finished.result, device=finished.device, progress=progress.show)
 
 
 def write_mp4(file: Path, finished: Finished) -> None:
     """Write the learning course as a film."""
     assert finished.course is not None
-    finished.course.save_mp4(file, result=finished.result)
+    with FilmProgress(file.name, quiet=finished.quiet) as progress:
+        finished.course.save_mp4(file, result=finished.result, device=finished.device, progress=progress.show)
 
 
 #: What can be written beside the SVG, in the order in which it is.

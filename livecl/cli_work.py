@@ -27,7 +27,7 @@ def run_job(job: Job) -> None:
 
             course = Course(job.frame_step, on_step=progress.show)
         result = job.recipe.vectorize(job.image, job.device, course or progress.show)
-    finished = Finished(job.name, job.image, job.recipe, result, job.command, course)
+    finished = Finished(job.name, job.image, job.recipe, result, job.command, course, job.device, job.quiet)
     write_svg(job.output, finished)
     for kind, path in job.outputs:
         kind.write(path, finished)

@@ -99,7 +99,7 @@ def choose_device(spec: int | str | None = None) -> int:
     if not infos:
         raise DeviceError(
             "no OpenCL device found; 'pip install pyopencl[pocl]' brings one that runs on the CPU (Linux x86-64), and "
-            "PoCL needs a home folder it can write to (or POCL_CACHE_DIR)"
+            "PoCL needs a home folder it can write to (or XDG_CACHE_HOME, a folder for caches)"
         )
     source = "device"
     if spec is None:

@@ -72,16 +72,20 @@ def _segment_fits(points: FloatArray, places: int) -> tuple[FloatArray, FloatArr
     inner, ends = weights[:, 1:3], weights[:, [0, 3]]
     solve = np.linalg.pinv(inner)
     errors, handles = np.empty((places, places)), np.empty((places, places, 2, 2))
-    starts = FINE * np.arange(places)[:, None]
+    starts = FINE * np.arange(places)
+    twice = np.tile(points @ (1, 1j), 2)  # a complex number is looked up in one go
+    steps = np.roll(twice, -1) - twice
     for length in range(1, places + 1):
         along = np.linspace(0, FINE * length, POINTS + 1)
-        whole = np.floor(along).astype(np.int64)
-        low = points[(starts + whole) % len(points)]
-        runs = low + (along - whole)[:, None] * (points[(starts + whole + 1) % len(points)] - low)
-        rest = runs - ends @ runs[:, [0, -1]]
-        handles[:, length - 1] = solve @ rest
-        misses = inner @ handles[:, length - 1] - rest
-        errors[:, length - 1] = length / POINTS * np.square(misses).sum(axis=(1, 2))
+        whole = along.astype(np.int64)
+        at = whole[:, None] + starts
+        runs = twice.take(at, mode="wrap") + (along - whole)[:, None] * steps.take(at, mode="wrap")
+        rest = runs.view(np.float64)  # (POINTS + 1, 2 places), x and y of one place after the other
+        rest = rest - ends @ rest[[0, -1]]
+        fit = solve @ rest
+        misses = inner @ fit - rest
+        handles[:, length - 1] = fit.reshape(2, places, 2).transpose(1, 0, 2)
+        errors[:, length - 1] = length / POINTS * np.square(misses).sum(axis=0).reshape(places, 2).sum(axis=1)
     return errors, handles
 
 

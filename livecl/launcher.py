@@ -140,6 +140,12 @@ class Launcher:
         scoped = [(parameter, f"{scope}_{parameter}") for parameter in kernel_parameters()[name]]
         keys = [key if key in self._values else parameter for parameter, key in scoped]
         local_size = LOCAL_SIZES_CPU.get(name, LOCAL_SIZE_CPU) if self._opened.is_cpu else LOCAL_SIZE_GPU
-        bound = _BoundKernel(cl.Kernel(self._program, name), local_size, keys, [None] * len(keys))
+        try:
+            kernel = cl.Kernel(self._program, name)
+        except OSError as error:  # pyopencl opens its own cache
+            raise DeviceError(
+                f"pyopencl cannot keep its cache ({error}); set XDG_CACHE_HOME to a folder that can be written to"
+            ) from error
+        bound = _BoundKernel(kernel, local_size, keys, [None] * len(keys))
         self._bound[name, scope] = bound
         return bound

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.candidates import SEGMENT_ERROR, Outline, fitted_outlines
+from livecl.candidates import SEGMENT_ERROR, fitted_outlines, layers_of
 from livecl.drawing import Drawing, concatenate
 from livecl.metrics import VISIBLE_SHARE, flat_regions, layer_alphas, mergeable_pairs, visible_shares
 from livecl.options import Options
@@ -98,7 +98,8 @@ def _best(
     ]
     found: list[tuple[float, int, Drawing, NDArray[np.intp], float]] = []
     for outline in outlines:
-        new = _layer(outline, drawing.colors[larger], drawing, int(drawing.stages[lower]))
+        new = layers_of([outline], drawing.size, drawing.colors[larger])
+        new = new.replace(background=drawing.background, stages=drawing.stages[[lower]])
         both = concatenate(drawing, new)
         for depth in (lower, upper):
             order = np.arange(count)
@@ -109,15 +110,3 @@ def _best(
             found.append((error + SEGMENT_ERROR / target.size * trial.num_segments, len(found), trial, order, error))
     _, _, trial, order, error = min(found, key=lambda item: item[:2])
     return trial, order, error
-
-
-def _layer(outline: Outline, rgba: NDArray[Any], drawing: Drawing, stage: int) -> Drawing:
-    return Drawing(
-        points=np.concatenate(outline),
-        colors=rgba[None],
-        size=drawing.size,
-        background=drawing.background,
-        subpath_offsets=np.cumsum([0, *map(len, outline)]),
-        layer_offsets=[0, len(outline)],
-        stages=[stage],
-    )

@@ -144,16 +144,13 @@ def measure_layers(drawing: Drawing, target: ArrayLike, rasterizer: Rasterizer |
 
 
 def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> ShareArray:
-    """Return opacity times coverage of each layer alone: (N, H, W), each layer rendered in white over black."""
+    """Return opacity times coverage of each layer alone: (N, H, W)."""
     from livecl.rasterizer import Rasterizer
 
     if rasterizer is None:
         rasterizer = Rasterizer(drawing.size)
-    alphas = np.empty((drawing.num_layers, *drawing.size), np.float32)
-    for layer, opacity in enumerate(drawing.colors[:, 3]):
-        alone = drawing.layer_subset([layer]).replace(colors=[(1, 1, 1, opacity)], background=np.zeros(3))
-        alphas[layer] = rasterizer.forward(alone)[..., 0]
-    return alphas
+    opacities = drawing.colors[:, 3].astype(np.float32)
+    return rasterizer.coverages(drawing) * opacities[:, None, None]
 
 
 def composited_colors(drawing: Drawing) -> tuple[FloatArray, FloatArray]:

@@ -67,6 +67,9 @@ class Options:
         Bins of about equal population that the other differences are sorted into.
     learning_rate, color_learning_rate : float
         Adam's step for control points, px, and for colours.
+    full_rate_side : float
+        Longer side of a canvas, px, from which on control points have all of their learning rate; on smaller canvases
+        it is less in proportion. 0 for all of it on any.
     decay : float
         Factor of the learning rates after each 500 steps of a path's age; 1 for none.
     new_color : "target" or "random"
@@ -105,6 +108,7 @@ class Options:
     bins: int = 200
     learning_rate: float = 1.0
     color_learning_rate: float = 0.01
+    full_rate_side: float = 240.0
     decay: float = 1.0
     new_color: Literal["target", "random"] = "target"
     opacity: Literal["snap", "train", "opaque"] = "snap"
@@ -186,6 +190,7 @@ _PAPER: dict[str, Any] = {
     "bins": 200,
     "learning_rate": 1.0,
     "color_learning_rate": 0.01,
+    "full_rate_side": 0.0,
     "decay": 1.0,
     "new_color": "target",
     "opacity": "train",

@@ -12,6 +12,7 @@ so that what it does to the squared error is known without compositing anything 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,8 @@ MOST_NUMBERS = 1 << 26
 MOST_DEPTHS = 8
 #: Overlap, px^2, that counts, and share by which a lower depth must be better than the top.
 LEAST_OVERLAP, LEAST_ADVANTAGE = 1.0, 0.01
+#: Transmittance up to which what lies below counts as hidden.
+LEAST_SEEN = 0.02
 #: Pixels from which on a layer is large enough to be tried roughly.
 LARGE = 500
 
@@ -94,42 +97,77 @@ class Painting:
         return np.asarray(np.square(error_seen(self.target - self.image)).sum(axis=-1))
 
     @property
+    def hidden(self) -> NDArray[np.bool_]:
+        """Pixels where layers hide all that may lie below them: (H, W)."""
+        return np.asarray(self._transmittances[0] <= LEAST_SEEN)
+
+    @property
     def order(self) -> NDArray[np.intp]:
         """Paint order: the layers given, by their numbers, and those inserted, numbered on in the order they came."""
         return np.array([*self._fixed, *self._ids], dtype=np.intp)
 
-    def try_layer(self, alpha: NDArray[Any], color: FloatArray, roughly: bool = False) -> Trial:
-        """Return a new layer of an alpha (H, W) and a paint's colour (C,) at the depth where it removes most error.
+    def try_layers(self, alphas: Sequence[NDArray[Any]], color: FloatArray, roughly: bool = False) -> list[Trial]:
+        """Return new layers of one paint, each at the depth where it removes most error.
 
-        Roughly, of a large layer only every second pixel in each direction is looked at.
+        Parameters
+        ----------
+        alphas : sequence of (H, W) array
+            Opacity times coverage of each layer that is to be tried by itself.
+        color : (C,) array
+            Colour of the paint.
+        roughly : bool
+            Look only at every second pixel in each direction, where there are many.
+
+        Notes
+        -----
+        A layer of alpha v takes the error E to E - v d, d = T_k (c - C_k), and so removes v (2 E . d) - v^2 |d|^2 of
+        its square: what does not depend on v is found once for all layers.
         """
         top = len(self._ids)
-        window = window_of(alpha)
+        alphas = [np.asarray(alpha, dtype=np.float32) for alpha in alphas]
+        together = np.maximum.reduce(alphas)
+        window = window_of(together)
         if window is None:
-            return Trial(top, alpha, color, 0.0)
+            return [Trial(top, alpha, color, 0.0) for alpha in alphas]
         area = 1.0
-        if roughly and np.count_nonzero(alpha) > LARGE:
+        if roughly and np.count_nonzero(together) > LARGE:
             area, (rows, columns) = 4.0, window
             window = slice(rows.start, rows.stop, 2), slice(columns.start, columns.stop, 2)
-        share = alpha[window]
+        depths = [top, *self._depths_below(together, window, LEAST_OVERLAP / area)]
         residual = error_seen(self.target[window] - self.image[window])
-        overlaps = np.array([float(np.sum(share * other[window])) for other in self._alphas])
-        lower = [
-            int(k) for k in np.argsort(-overlaps, kind="stable")[:MOST_DEPTHS] if area * overlaps[k] > LEAST_OVERLAP
-        ]
-        best = Trial(top, alpha, color, -np.inf)
-        for depth in [top, *lower]:
-            visible = share * self._transmittances[depth][window]
-            change = visible[..., None] * error_seen(color.astype(np.float32) - self._grounds[depth][window])
-            gain = area * float(np.sum(change * (2 * residual - change)))
-            gain += self._follow_gain(depth, lower, window, change, area)
-            if gain > best.gain + (LEAST_ADVANTAGE * abs(best.gain) if best.depth == top and depth != top else 0.0):
-                best = Trial(depth, alpha, color, gain)
-        return best
+        linear, square = np.empty((2, len(depths), *residual.shape[:2]), np.float32)
+        for number, depth in enumerate(depths):
+            missing = error_seen(color.astype(np.float32) - self._grounds[depth][window])
+            seen = self._transmittances[depth][window]
+            linear[number] = 2 * seen * np.einsum("hwc,hwc->hw", residual, missing)
+            square[number] = seen * seen * np.einsum("hwc,hwc->hw", missing, missing)
+        followers = self._followers(color.astype(np.float32), depths, window)
+        trials = []
+        for alpha in alphas:
+            share = alpha[window]
+            gains = area * (share * (linear - share * square)).sum(axis=(1, 2))
+            for number, removed in enumerate(followers):
+                gains[number] += removed(area * share)
+            number = int(np.argmax(gains))
+            if gains[number] <= gains[0] + LEAST_ADVANTAGE * abs(gains[0]):
+                number = 0
+            trials.append(Trial(depths[number], alpha, color, float(gains[number])))
+        return trials
 
-    def _follow_gain(self, depth: int, lower: list[int], window: Window, change: NDArray[Any], area: float) -> float:
-        """Error that another layer would remove, following a new one; here they stay as they are."""
-        return 0.0
+    def _followers(
+        self, color: NDArray[Any], depths: list[int], window: Window
+    ) -> list[Callable[[NDArray[Any]], float]]:
+        """Return for each depth what other layers will remove, following a layer of some alpha within the window.
+
+        Here they stay as they are.
+        """
+        return []
+
+    def _depths_below(self, alpha: NDArray[Any], window: Window, least: float) -> list[int]:
+        """Return the depths below the layers that an alpha (H, W) overlaps most."""
+        share = alpha[window]
+        overlaps = np.array([float(np.einsum("hw,hw->", share, other[window])) for other in self._alphas])
+        return [int(k) for k in np.argsort(-overlaps, kind="stable")[:MOST_DEPTHS] if overlaps[k] > least]
 
     def insert(self, trial: Trial) -> None:
         """Put a new layer where it was tried: only within its own window anything changes."""

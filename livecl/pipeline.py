@@ -88,6 +88,17 @@ class Pipeline:
             self.launcher("composite_forward", self._band_tiles(band), "coverage")
         return image
 
+    def cover(self, pieces: ArrayLike | None) -> Any:
+        """Return the buffer of a plane for each layer, its coverage."""
+        (spans,) = self._scene.flatten(Use("coverage", pieces, 0))
+        drawing = self._scene.drawing
+        assert drawing is not None
+        planes = self.launcher.reserve_reals("planes", drawing.num_layers * self._plane)
+        for band in spans.each_band:
+            self._cover(spans, band)
+            self.launcher("coverage_planes", drawing.num_layers * int(band[3] - band[2]), "coverage")
+        return planes
+
     def weigh(self, weight: DistanceWeight, closest_from: int | None = None) -> Any:
         """Return the buffer of a plane that holds the distance weight, or the largest closeness (`Rasterizer`)."""
         run = self.launcher

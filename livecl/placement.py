@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.candidates import Outline, initial_outline, paint_of, region_candidates
+from livecl.candidates import initial_outline, layers_of, paint_of, region_candidates
 from livecl.components import Place, component_places
 from livecl.drawing import Drawing
 from livecl.metrics import composited_colors, layer_alphas
@@ -49,7 +49,7 @@ def place_paths(
     rng: np.random.Generator,
     rasterizer: Rasterizer,
 ) -> Placement:
-    """Return `count` new layers for what a drawing still lacks of the target.
+    """Return up to `count` new layers for what a drawing still lacks of the target; fewer regions may be worth one.
 
     Parameters
     ----------
@@ -78,10 +78,10 @@ def place_paths(
         kind = TransparentPainting if follows else Painting
         painting = kind(target, image, ground, layer_alphas(drawing, rasterizer), colors)
         candidates = region_candidates(painting, count, options, rng, rasterizer)
-        rgba = np.array([candidate.rgba for candidate in candidates])
+        rgba = np.array([candidate.rgba for candidate in candidates]).reshape(-1, 4)
         if options.new_color == "random":
-            rgba = rng.uniform(size=(count, 4))
-        return Placement(_layers([candidate.outline for candidate in candidates], rgba, drawing.size), painting.order)
+            rgba = rng.uniform(size=rgba.shape)
+        return Placement(layers_of([candidate.outline for candidate in candidates], drawing.size, rgba), painting.order)
     new = _scattered_paths(target, image, count, options, rng)
     return Placement(new, np.arange(drawing.num_layers + new.num_layers))
 
@@ -101,15 +101,4 @@ def _scattered_paths(
         colors = rng.uniform(size=(count, 4))
     else:
         colors = np.array([paint_of(target[tuple(place.pixel)]) for place in places])
-    return _layers(outlines, colors, size)
-
-
-def _layers(outlines: list[Outline], colors: FloatArray, size: tuple[int, int]) -> Drawing:
-    subpaths = [subpath for outline in outlines for subpath in outline]
-    return Drawing(
-        points=np.concatenate(subpaths),
-        colors=colors,
-        size=size,
-        subpath_offsets=np.cumsum([0, *map(len, subpaths)]),
-        layer_offsets=np.cumsum([0, *map(len, outlines)]),
-    )
+    return layers_of(outlines, size, colors)

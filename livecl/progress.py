@@ -77,6 +77,33 @@ class RunProgress:
         self._bar.update(step.stage * step.iterations + step.iteration - self._bar.n)
 
 
+class FilmProgress:
+    """A progress bar over the pictures of a film.
+
+    Parameters
+    ----------
+    name : str
+        What is written.
+    quiet : bool
+        Show none.
+    """
+
+    def __init__(self, name: str, *, quiet: bool) -> None:
+        self._bar = _bar(None, "picture", quiet)
+        self._bar.set_description(name)
+
+    def __enter__(self) -> FilmProgress:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+    def show(self, done: int, total: int) -> None:
+        """Move the bar to a picture."""
+        self._bar.total = total
+        self._bar.update(done - self._bar.n)
+
+
 class BatchProgress:
     """A progress bar over the pictures of a batch.
 

@@ -107,6 +107,24 @@ class Rasterizer:
         self._rendered = drawing, pieces
         return self.download(DeviceImage(image, channels))
 
+    def coverages(self, drawing: Drawing, pieces: ArrayLike | None = None) -> NDArray[Any]:
+        """Render the shape of each layer by itself.
+
+        Parameters
+        ----------
+        drawing : Drawing
+            On a canvas of the rasterizer's size; colours and opacities are not looked at.
+        pieces : (M,) array_like of int, optional
+            Lines that each segment is flattened into; see :meth:`forward`.
+
+        Returns
+        -------
+        (N, H, W) array
+            Share of each pixel inside each layer, in [0, 1]; beside it, as much again is needed on the device.
+        """
+        planes = DeviceImage(self._loaded(drawing).cover(pieces), drawing.num_layers)
+        return np.ascontiguousarray(np.moveaxis(self.download(planes), -1, 0))
+
     def backward(self, d_image: ArrayLike) -> Gradients:
         """Gradient of a scalar loss with respect to the drawing last rendered by :meth:`forward`.
 

@@ -151,7 +151,7 @@ class Recipe:
         from livecl.image import as_image
         from livecl.metrics import mse
         from livecl.rasterizer import render
-        from livecl.vectorizer import vectorize
+        from livecl.vectorization import vectorize
 
         pixels = as_image(image)
         size = (pixels.shape[0], pixels.shape[1])

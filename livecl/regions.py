@@ -21,11 +21,13 @@ BoolArray = NDArray[np.bool_]
 
 #: Blur of the target, px, and levels that each channel is then sorted into: from flat regions to blobs of photographs.
 TARGET_LEVELS = ((0.0, 4), (0.0, 8), (1.0, 8), (2.0, 6), (4.0, 6))
-#: Levels per unit that the difference from the target is rounded to, in each channel. Without a background paint can
-#: add alpha but not take it away, so that most candidates are of no use, and small differences are looked at too.
+#: Levels per unit that the difference from the target is rounded to, in each channel. Without a background, paint can
+#: add alpha but not take it away: most candidates are of no use, and small differences are looked at too.
 DIFFERENCE_LEVELS, TRANSPARENT_LEVELS = (4, 8), (4, 8, 16, 32)
 #: Two regions whose gain and area differ by less than about one part in so many count as the same.
 ALIKE = 20
+#: Difference in any channel up to which two regions' mean colours count as the same.
+SAME_COLOR = 0.05
 #: Fewest pixels of a region.
 SMALLEST = 3
 
@@ -42,9 +44,13 @@ class _Segmentation:
 
 @dataclasses.dataclass(frozen=True)
 class Region:
-    """A candidate: its pixels (H, W), its mean colour (C,), and the squared error that painting it would remove."""
+    """A candidate: its pixels (H, W), its mean colour (C,), and the squared error that painting it would remove.
+
+    `alike` (H, W) is where regions of the same partition have about the same colour.
+    """
 
     mask: BoolArray
+    alike: BoolArray
     color: FloatArray
     gain: float
 
@@ -83,11 +89,13 @@ class RegionFinder:
             found += [(-gain[k], number, int(k)) for k in np.argsort(-gain, kind="stable")[:count] if gain[k] > 0]
         for negative_gain, number, k in sorted(found):
             segmentation = self._segmentations[number]
-            alike = int(ALIKE * np.log(-negative_gain)), int(ALIKE * np.log(segmentation.area[k]))
-            if alike in seen or len(seen) >= count:
+            size = int(ALIKE * np.log(-negative_gain)), int(ALIKE * np.log(segmentation.area[k]))
+            if size in seen or len(seen) >= count:
                 continue
-            seen.add(alike)
-            yield Region(segmentation.labels == k, segmentation.mean[k], -negative_gain)
+            seen.add(size)
+            color = segmentation.mean[k]
+            alike = np.abs(segmentation.mean - color).max(axis=1) <= SAME_COLOR
+            yield Region(segmentation.labels == k, alike[segmentation.labels], color, -negative_gain)
 
     def _measure(self, labels: NDArray[Any]) -> _Segmentation:
         flat, count = labels.ravel(), int(labels.max()) + 1

@@ -16,7 +16,8 @@ from livecl.image import as_image
 from livecl.interpolation import collapsed
 from livecl.options import Options
 from livecl.result import Result
-from livecl.vectorizer import Picture, vectorize
+from livecl.vectorization import vectorize
+from livecl.vectorizer import Picture
 
 #: Share of the learning rate of points that is left where they start near their places: they slide along outlines less,
 #: and end at lower errors.

@@ -39,14 +39,15 @@ def hold_locked(state: State, gradients: Gradients) -> None:
 
 
 def move(state: State, gradients: Gradients) -> None:
-    """One step of Adam; colours stay within [0, 1]."""
+    """One step of Adam; colours stay within [0, 1]. On a small canvas, points take small steps."""
     options, drawing = state.options, state.drawing
     settled = settling(state.iteration / options.iterations, options.settle)
 
     def rate(base: float, ages: NDArray[np.int64]) -> ArrayLike:
         return base * settled * (1 if options.decay == 1 else decayed(ages, options.decay, DECAY_PERIOD))
 
-    points = drawing.points + state.points.step(gradients.points, rate(options.learning_rate, state.points.ages))
+    point_rate = options.learning_rate * min(1.0, max(drawing.size) / max(options.full_rate_side, 1.0))
+    points = drawing.points + state.points.step(gradients.points, rate(point_rate, state.points.ages))
     color_rate = rate(options.color_learning_rate, state.colors.ages)
     colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
     if options.opacity == "opaque":

@@ -6,25 +6,23 @@ from __future__ import annotations
 import dataclasses
 import os
 import time
-from collections.abc import Callable, Sequence
-from typing import Any, BinaryIO, Literal
+from collections.abc import Callable
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl import training
-from livecl.background import TRAIN, WHITE, background_for, target_over
-from livecl.drawing import Drawing, concatenate, empty_drawing
+from livecl.background import TRAIN, WHITE, target_over
+from livecl.drawing import Drawing, concatenate
 from livecl.errors import LiveclError
 from livecl.image import as_image
 from livecl.merging import merge_neighbors
 from livecl.objective import Objective
-from livecl.options import Options
 from livecl.placement import place_paths
 from livecl.rasterizer import Rasterizer
-from livecl.result import Result, Stage
+from livecl.result import Stage
 from livecl.revision import least_useful, needed_layers
-from livecl.schedule import parse_schedule
 from livecl.state import FREE, State
 from livecl.svg import quantize
 from livecl.transparency import mse_seen
@@ -126,8 +124,14 @@ class Vectorizer:
             return False
         return rounds >= options.revisions or state.failures >= MAX_FAILURES or not state.free.any()
 
-    def begin(self) -> None:
-        """Place the paths of the stage, or of the revision, that is about to start; a refinement adds none."""
+    def begin(self) -> bool:
+        """Place the paths of the stage, or of the revision, that is about to start; a refinement adds none.
+
+        Returns
+        -------
+        bool
+            False where nothing is left that is worth a path: the stage is left out, and so are all after it.
+        """
         state = self.state
         if state.stage < len(state.schedule) and state.schedule[state.stage] == 0:
             state.fallback, count = state.fall_back(), 0
@@ -143,8 +147,13 @@ class Vectorizer:
             count = state.schedule[state.stage]
         if count:
             placement = place_paths(self.target, state.drawing, count, state.options, state.rng, self.rasterizer)
-            state.add(placement.drawing.replace(stages=np.full(count, self._stage_of_new())), placement.order)
+            placed = placement.drawing.num_layers
+            if not placed and state.stage < len(state.schedule):
+                state.schedule = state.schedule[: state.stage]
+                return False
+            state.add(placement.drawing.replace(stages=np.full(placed, self._stage_of_new())), placement.order)
         state.pieces = self.rasterizer.pieces(state.drawing)
+        return True
 
     def _stage_of_new(self) -> int:
         """Stage that new layers are labelled with: the run's, counted on from the drawing that it started from."""
@@ -178,7 +187,7 @@ class Vectorizer:
         if state.error <= options.target_mse:
             state.stage = len(state.schedule) + options.revisions
         elif growing and before - state.error < options.path_gain * state.schedule[state.stage - 1]:
-            state.stage = len(state.schedule)
+            state.schedule = state.schedule[: state.stage]  # so that revisions do not place what is left out
 
     def outcome(self) -> Drawing:
         """Return the drawing as it would be saved now: rounded, without layers that come to nothing.
@@ -245,109 +254,6 @@ class Vectorizer:
         return loss
 
 
-def vectorize(
-    image: Picture,
-    paths: int | Literal["auto"] | None = None,
-    schedule: str | Sequence[int] | None = None,
-    options: Options | None = None,
-    device: int | str | None = None,
-    seed: int = 0,
-    on_step: Callable[[Step], bool | None] | None = None,
-    start: Drawing | None = None,
-    lock: Sequence[int] = (),
-) -> Result:
-    """Turn a picture into a drawing of few closed paths, layer by layer.
-
-    Parameters
-    ----------
-    image : array_like, path, bytes, binary file or PIL.Image.Image
-        Target, see :func:`livecl.image.as_image`. Where it has alpha, the drawing has no background and is to have the
-        picture's colour and alpha, unless `Options.background` says otherwise.
-    paths : int or "auto", optional
-        Number of paths, at most; 8 where neither this nor a list of stages is given, none beside those of `start`.
-        "auto" goes on as long as further paths gain enough (`Options.path_gain`).
-    schedule : "exp" or sequence of int, optional
-        Paths that each stage adds, see :func:`livecl.schedule.parse_schedule`.
-    options : Options, optional
-        Parameters of the method.
-    device : int, str or None
-        OpenCL device, see :func:`livecl.device.choose_device`.
-    seed : int
-        Seed of whatever is random.
-    on_step : callable, optional
-        Called with a :class:`Step` after each iteration; where it returns true the run stops there.
-    start : Drawing, optional
-        Drawing to start from, of the picture's size: a first stage refines it, then the paths asked for are added. The
-        result is never worse than it.
-    lock : sequence of int
-        Layers of `start` that stay as they are.
-
-    Returns
-    -------
-    Result
-
-    Raises
-    ------
-    ValueError
-        If an argument is not usable; the message names it.
-    DeviceError, KernelBuildError
-        If the device cannot be had.
-    LiveclError
-        If the loss stops being finite.
-    """
-    options = Options() if options is None else options
-    if paths == "auto":
-        options = options.choosing_paths()
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise ValueError(f"seed: got {seed!r}, wanted a whole number of at least 0")
-    begin = time.perf_counter()
-    state = _first_state(as_image(image), paths, schedule, options, seed, start, lock)
-    vectorizer = Vectorizer(image, state, device)
-    vectorizer.warm_up()
-    compiled = time.perf_counter()
-    outcomes = run(vectorizer, on_step)
-    return Result(
-        drawing=outcomes[-1].drawing,
-        mse=outcomes[-1].mse,
-        stages=tuple(outcomes),
-        seconds=sum(outcome.seconds for outcome in outcomes),
-        compile_seconds=compiled - begin,
-        device=str(vectorizer.rasterizer.device.info),
-        options=options,
-    )
-
-
-def _first_state(
-    image: NDArray[np.float32],
-    paths: int | Literal["auto"] | None,
-    schedule: str | Sequence[int] | None,
-    options: Options,
-    seed: int,
-    start: Drawing | None,
-    lock: Sequence[int],
-) -> State:
-    """Return the state before the first stage."""
-    size = image.shape[0], image.shape[1]
-    if start is None:
-        if len(lock):
-            raise ValueError("lock: layers of what? give the drawing that they belong to as start")
-        drawing = empty_drawing(size, background_for(options.background, image))
-        return State.start(drawing, options, parse_schedule(schedule, paths), seed)
-    if start.size != size:
-        raise ValueError(f"start: a canvas of {start.size} px, wanted the picture's {size}")
-    if options.variant == "released":
-        raise ValueError("start: variant 'released' trains the newest paths only, so it starts from nothing")
-    refines = start.num_layers > 0
-    stages = parse_schedule(schedule, paths) if schedule or paths or not refines else ()
-    drawing = start.replace(background=background_for(options.background, image, start.background))
-    locked = np.zeros(start.num_layers, bool)
-    try:
-        locked[np.array(lock, dtype=np.intp)] = True
-    except (IndexError, TypeError, ValueError):
-        raise ValueError(f"lock: got {lock!r}, wanted numbers of the {start.num_layers} layers, from 0 on") from None
-    return State.start(drawing, options, (0, *stages) if refines else stages, seed, locked)
-
-
 def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = None) -> list[Stage]:
     """Go on from the vectorizer's state to the end of its schedule and revisions, or until the callback stops it.
 
@@ -362,8 +268,10 @@ def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = 
     while not vectorizer.finished and not stopped:
         start = time.perf_counter()
         first = state.iteration
-        if first == 0:
-            vectorizer.begin()
+        if first == 0 and not vectorizer.begin():
+            before = outcomes.pop() if outcomes else None
+            outcomes.append(_outcome(vectorizer, before, 0, time.perf_counter() - start))
+            continue
         while state.iteration < state.options.iterations and not stopped:
             loss = vectorizer.step()
             if on_step is not None:
@@ -372,12 +280,17 @@ def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = 
         if not stopped:
             vectorizer.end()
         seconds = time.perf_counter() - start
-        if revision and outcomes:
-            before = outcomes.pop()
-            steps, seconds = steps + before.iterations, seconds + before.seconds
-        drawing = vectorizer.outcome()
-        outcomes.append(Stage(drawing, vectorizer.mse(drawing), steps, seconds))
+        before = outcomes.pop() if revision and outcomes else None
+        outcomes.append(_outcome(vectorizer, before, steps, seconds))
     return outcomes
+
+
+def _outcome(vectorizer: Vectorizer, before: Stage | None, steps: int, seconds: float) -> Stage:
+    """Return the stage that ends as the run stands, what it took being added to what it took `before`."""
+    drawing = vectorizer.outcome()
+    if before is not None:
+        steps, seconds = steps + before.iterations, seconds + before.seconds
+    return Stage(drawing, vectorizer.mse(drawing), steps, seconds)
 
 
 def _step_of(vectorizer: Vectorizer, loss: float) -> Step:

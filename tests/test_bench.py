@@ -219,12 +219,20 @@ def test_check_finds_what_is_wrong(device: int | None, monkeypatch: pytest.Monke
             return loss, gradients
         if wrong == "loss":
             return 1.01 * loss, gradients
-        return loss, dataclasses.replace(gradients, **{wrong: 1.02 * getattr(gradients, wrong)})
+        return loss, dataclasses.replace(gradients, **{wrong: 1.01 * getattr(gradients, wrong)})
 
     monkeypatch.setattr(Rasterizer, "loss_and_gradients", changed)
     image, state = _small_state()
     with pytest.raises(checks.CheckError, match=wrong):
         checks.check_step(image, state, device)
+
+
+def test_doubtful_pixels_are_those_at_a_kink() -> None:
+    # A bow tie: left of the crossing the winding is 1, right of it -1; in the crossing's pixel they all but cancel.
+    bow = Drawing(points=polygon((1, 1), (8, 4 - 1e-4), (8, 1), (1, 4)), colors=np.ones((1, 4)), size=(5, 10))
+    pieces = np.ones(4, np.int32)
+    assert np.argwhere(checks.doubtful_pixels(bow, pieces, 1e-3)).tolist() == [[2, 4]]
+    assert not checks.doubtful_pixels(bow, pieces, 1e-8).any()
 
 
 @pytest.mark.parametrize("mse", [0.2, math.nan])

@@ -326,7 +326,7 @@ def test_failure_while_working(
     def vectorize(*_: Any, **__: Any) -> None:
         raise error
 
-    monkeypatch.setattr("livecl.vectorizer.vectorize", vectorize)
+    monkeypatch.setattr("livecl.vectorization.vectorize", vectorize)
     Path("out.svg").write_text("old")
     assert cli.main(["in.png", "-o", "out.svg"]) == code
     captured = capsys.readouterr()

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import importlib.util
+import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,8 @@ from PIL import Image
 
 from livecl import cli
 from livecl.image import save_image
+from livecl.progress import FilmProgress
+from livecl.rasterizer import Rasterizer
 
 SHORT = ["in.png", "-o", "out.svg", "--paths", "2", "--iterations", "6", "--revisions", "0", "-q"]
 
@@ -39,6 +43,32 @@ def test_all_are_written(folder: Path) -> None:
         assert 3 <= getattr(film, "n_frames", 1) <= 7
     assert "<svg" in Path("p.svg").read_text()
     assert Path("m.mp4").read_bytes()[4:8] == b"ftyp"
+
+
+def test_all_are_rendered_on_the_device_asked_for(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[object] = []
+    create = Rasterizer.__init__
+
+    def created(rasterizer: Rasterizer, size: tuple[int, int], device: object = None, **keywords: Any) -> None:
+        asked.append(device)
+        create(rasterizer, size, 0, **keywords)
+
+    monkeypatch.setattr(Rasterizer, "__init__", created)
+    outputs = ["--report", "r.html", "--sheet", "s.png", "--gif", "g.gif", "--mp4", "m.mp4", "--stages", "stages"]
+    assert cli.main([*SHORT, *outputs, "--device", "0"]) == 0
+    assert len(asked) >= 5 and set(map(str, asked)) == {"0"}
+
+
+def test_progress_of_a_film(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    with FilmProgress("out.gif", quiet=False) as progress:
+        for done in range(1, 4):
+            progress.show(done, 3)
+        assert progress._bar.n == progress._bar.total == 3
+    assert "out.gif" in capsys.readouterr().err
+    with FilmProgress("out.gif", quiet=True) as progress:
+        progress.show(1, 3)
+    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.parametrize(

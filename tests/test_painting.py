@@ -47,7 +47,7 @@ def test_several_layers_are_inserted_where_they_were_tried() -> None:
     for _ in range(5):
         coverage = np.roll(_patch(), rng.integers(-3, 4, size=2), axis=(0, 1))
         before = work.error.sum(dtype=np.float64)
-        trial = work.try_layer(coverage, rng.uniform(size=3))
+        (trial,) = work.try_layers([coverage], rng.uniform(size=3))
         work.insert(trial)
         assert before - work.error.sum(dtype=np.float64) == pytest.approx(trial.gain, abs=target.size * ROUNDING)
     assert sorted(work.order.tolist()) == list(range(9))
@@ -63,7 +63,7 @@ def test_a_layer_beneath_what_hides_its_errors() -> None:
     work = Painting(target, np.ones((16, 16, 3)), np.ones(3), hole[None], np.array([[1.0, 0.0, 0.0]]))
     disc = np.zeros((16, 16))
     disc[2:14, 2:14] = 1
-    trial = work.try_layer(disc, np.full(3, 0.2))
+    (trial,) = work.try_layers([disc], np.full(3, 0.2))
     assert trial.depth == 0
     work.insert(trial)
     assert work.order.tolist() == [1, 0]
@@ -74,7 +74,7 @@ def test_nothing_covered_changes_nothing() -> None:
     background, alphas, colors, target = _scene(1)
     before = _composite(background, alphas, colors)
     work = Painting(target, before, background, np.array(alphas), np.array(colors))
-    trial = work.try_layer(np.zeros((12, 15)), np.zeros(3))
+    (trial,) = work.try_layers([np.zeros((12, 15))], np.zeros(3))
     assert trial.gain == 0
     work.insert(trial)
     np.testing.assert_allclose(work.image, before, atol=ROUNDING)
@@ -85,6 +85,6 @@ def test_too_many_layers_count_as_one(monkeypatch: pytest.MonkeyPatch) -> None:
     before = _composite(background, alphas, colors)
     monkeypatch.setattr(painting, "MOST_NUMBERS", 100)
     work = Painting(target, before, background, np.array(alphas), np.array(colors))
-    trial = work.try_layer(_patch(), np.zeros(3))
+    (trial,) = work.try_layers([_patch()], np.zeros(3))
     work.insert(trial)
     assert work.order.tolist() == [0, 1, 2, 3, 4]

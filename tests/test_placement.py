@@ -217,16 +217,16 @@ def test_the_smallest_regions_become_circles_of_their_area(place: Placer, placem
 @pytest.mark.parametrize("size", [(12, 17), (1, 1), (1, 9)])
 @pytest.mark.parametrize("shape", ["outline", "circle"])
 @pytest.mark.parametrize("rule", ["component", "region"])
-def test_a_perfect_picture_still_gets_the_paths_asked_for(
-    place: Placer, rule: str, shape: str, size: tuple[int, int]
-) -> None:
+def test_paths_for_a_perfect_picture(place: Placer, rule: str, shape: str, size: tuple[int, int]) -> None:
     drawing = place(np.ones((*size, 3)), 5, Options(placement=rule, shape=shape))
-    assert drawing.num_layers == 5 and drawing.size == size
-    centers = np.array([drawing.layer_subset([k]).points.reshape(-1, 2).mean(axis=0) for k in range(5)])
+    # No region is worth a path, but a picture's first is never left out.
+    assert drawing.num_layers == (1 if rule == "region" else 5) and drawing.size == size
+    layers = [drawing.layer_subset([k]) for k in range(drawing.num_layers)]
+    centers = np.array([layer.points.reshape(-1, 2).mean(axis=0) for layer in layers])
     assert np.all(centers >= 0) and np.all(centers <= size[::-1])
 
 
-def test_an_error_that_no_region_would_lessen_gets_a_circle(place: Placer) -> None:
+def test_an_error_that_no_region_would_lessen_gets_no_path(place: Placer) -> None:
     # No pixel has a neighbour of its colour: whatever region is painted in its mean colour, more is lost than the one
     # wrong pixel is off.
     rows, columns = np.indices((8, 9))
@@ -237,9 +237,24 @@ def test_an_error_that_no_region_would_lessen_gets_a_circle(place: Placer) -> No
     pixels = [([drawings.rectangle(x, y, x + 1, y + 1)], colors[y, x]) for y in range(8) for x in range(9)]
     options = Options(placement="region", radius=0.6)
     placement = place.on(drawings.build(pixels, (8, 9)), target, 1, options)
-    np.testing.assert_allclose(placement.drawing.points, circle((5.5, 3.5), 0.6, 4), atol=1e-12)
-    np.testing.assert_allclose(placement.drawing.colors, [(*target[3, 5], 1)], atol=1e-7)
-    assert sorted(placement.order) == list(range(73))
+    assert placement.drawing.num_layers == 0 and placement.order.tolist() == list(range(72))
+
+
+def test_a_first_path_that_no_region_is_worth_is_a_circle_at_the_largest_error(place: Placer) -> None:
+    rows, columns = np.indices((8, 9))
+    target = np.ones((8, 9, 3)) - 0.01 * ((columns + 2 * rows) % 5)[..., None]
+    target[3, 5] = 0.9
+    drawing = place(target, 3, Options(placement="region", radius=0.6, prune=1e-2))
+    np.testing.assert_allclose(drawing.points, circle((5.5, 3.5), 0.6, 4), atol=1e-12)
+    np.testing.assert_allclose(drawing.colors, [(0.9, 0.9, 0.9, 1)], atol=1e-7)
+
+
+@pytest.mark.parametrize(("prune", "count"), [(0.0, 2), (1e-3, 2), (0.02, 1)])
+def test_no_more_paths_than_regions_that_are_worth_one(place: Placer, prune: float, count: int) -> None:
+    # Of 400 pixels the large square is 100, black on white: a mean squared error of .25; the small one is 4, .01.
+    target = np.ones((20, 20, 3))
+    target[2:12, 2:12], target[15:17, 15:17] = 0, 0
+    assert place(target, 2, Options(prune=prune)).num_layers == count
 
 
 @pytest.mark.parametrize("options", [Options.paper(), Options.released(), Options(), Options.diffvg()])
@@ -299,7 +314,7 @@ def test_a_region_is_found_though_the_first_outlines_fail(place: Placer, monkeyp
     def failing(judge: Any, mask: Any, rgba: Any) -> Any:
         if len(failed) < 5:
             failed.append(mask)
-            return judge._candidate([circle((24, 24), 0.1, 4)], rgba)
+            return judge._candidates([[circle((24, 24), 0.1, 4)]], rgba)[0]
         return outlined(judge, mask, rgba)
 
     monkeypatch.setattr(candidates._Judge, "_outlined", failing)

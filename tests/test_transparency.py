@@ -72,7 +72,7 @@ def test_a_layer_removes_what_is_seen() -> None:
     painting = Painting(target, np.zeros_like(target), np.zeros(4), np.zeros((0, 9, 8)), np.zeros((0, 4)))
     before = squared_error(painting.image, target)[0]
     np.testing.assert_allclose(painting.error, before, rtol=1e-5)
-    trial = painting.try_layer(alpha, np.array((0.2, 0.5, 0.3, 1.0)))
+    (trial,) = painting.try_layers([alpha], np.array((0.2, 0.5, 0.3, 1.0)))
     painting.insert(trial)
     assert trial.gain == pytest.approx(before.sum() - squared_error(painting.image, target)[0].sum(), rel=1e-5)
 
@@ -87,12 +87,12 @@ def test_opacities_follow_a_wider_layer() -> None:
     arguments = (target, before[..., None] * color, np.zeros(4), before[None], color[None])
     stays, follows = Painting(*arguments), TransparentPainting(*arguments)
     for work in (stays, follows):
-        work.insert(work.try_layer(0.3 * wide, color))
+        work.insert(*work.try_layers([0.3 * wide], color))
     error = squared_error(arguments[1], target)[0].sum()
     assert stays.error.sum() > 0.1 * error
     assert follows.error.sum() < 1e-4 * error
     # It is expected where the layer is tried; there, one opacity's change does not yet count for the other's.
-    gains = [kind(*arguments).try_layer(0.3 * wide, color).gain for kind in (Painting, TransparentPainting)]
+    gains = [kind(*arguments).try_layers([0.3 * wide], color)[0].gain for kind in (Painting, TransparentPainting)]
     assert gains[0] < 0.9 * error
     assert gains[1] == pytest.approx(error, rel=0.1)
 
@@ -102,7 +102,7 @@ def test_what_is_opaque_stays_so() -> None:
     target, opaque = rng.uniform(size=(9, 8, 4)), np.ones((9, 8))
     work = TransparentPainting(target, np.ones((9, 8, 4)), np.zeros(4), opaque[None], np.ones((1, 4)))
     color = np.array((0.2, 0.5, 0.3, 1.0))
-    work.insert(work.try_layer(rng.uniform(size=(9, 8)) * 0.5, color))
+    work.insert(*work.try_layers([rng.uniform(size=(9, 8)) * 0.5], color))
     np.testing.assert_allclose(work.image[..., 3], 1, atol=1e-6)
 
 

@@ -106,7 +106,7 @@ CHANGES: dict[str, tuple[Options, dict[str, Any]]] = {
     "shape": (QUICK, {"shape": "random"}),
     "shape by fit": (QUICK, {"shape": "outline"}),
     "holes": (Options(iterations=2, revisions=0), {"holes": False}),
-    "merge": (Options(iterations=2, revisions=0), {"merge": False}),
+    "merge": (Options(iterations=2, revisions=0, full_rate_side=0.0), {"merge": False}),
     "settle": (QUICK, {"settle": 0.1}),
     "revisions": (Options(iterations=10, revisions=0), {"revisions": 3}),
     "prune": (Options(iterations=2, revisions=0), {"prune": 0.1}),
@@ -120,6 +120,7 @@ CHANGES: dict[str, tuple[Options, dict[str, Any]]] = {
     "bins": (QUICK, {"bins": 1}),
     "learning_rate": (QUICK, {"learning_rate": 0.5}),
     "color_learning_rate": (QUICK, {"color_learning_rate": 0.05}),
+    "full_rate_side": (QUICK, {"full_rate_side": 48.0}),
     "decay": (Options.paper(iterations=30), {"decay": 0.01}),
     "new_color": (QUICK, {"new_color": "random"}),
     "opacity": (Options.paper(iterations=30), {"opacity": "opaque"}),
@@ -334,13 +335,45 @@ def test_a_blank_picture(name: str, device: int) -> None:
         assert result.drawing.num_layers == 0 and result.mse == 0
 
 
+@pytest.mark.parametrize(("side", "full", "step"), [(24, 240, 0.1), (24, 24, 1), (24, 12, 1), (24, 0, 1)])
+def test_points_take_smaller_steps_on_a_small_canvas(side: int, full: float, step: float, device: int) -> None:
+    vectorizer = _new_run(Options(full_rate_side=full), (2,), device, _three_shapes(side))
+    vectorizer.begin()
+    before = vectorizer.state.drawing.points
+    vectorizer.step()  # Adam's first step is the rate, where there is a gradient
+    assert np.abs(vectorizer.state.drawing.points - before).max() == pytest.approx(step, rel=1e-3)
+
+
 def test_the_number_of_paths_may_be_left_to_the_program(device: int) -> None:
     options = Options(iterations=40, revisions=2)
-    result = vectorize(_three_shapes(), "auto", options=options, device=device)
+    paths: list[int] = []
+    result = vectorize(
+        _three_shapes(), "auto", options=options, device=device, on_step=lambda step: paths.append(step.paths)
+    )
     assert 3 <= result.drawing.num_layers <= 12 and result.options.path_gain > 0
+    assert len(paths) > 40 * len(result.stages)  # revisions were made, of no more than the stages placed
+    assert max(paths) <= 2 ** len(result.stages) - 1
     for layer in range(result.drawing.num_layers):
         without = result.drawing.layer_subset(np.arange(result.drawing.num_layers) != layer)
         assert _mse(without, _three_shapes(), device) - result.mse >= result.options.path_gain - 1e-9
+
+
+@pytest.mark.parametrize("revisions", [0, 2])
+def test_stages_for_which_no_path_is_worth_it_are_left_out(revisions: int, device: int) -> None:
+    picture = np.ones((24, 24, 3))
+    picture[6:18, 4:20] = (0.1, 0.4, 0.8)
+    steps: list[tuple[int, int]] = []
+    options = Options(iterations=30, revisions=revisions, prune=1e-3)
+    result = vectorize(
+        picture,
+        schedule=[1, 2, 3],
+        options=options,
+        device=device,
+        on_step=lambda step: steps.append((step.stage, step.paths)),
+    )
+    assert len(result.stages) == 1 and result.drawing.num_layers == 1
+    assert result.mse < 1e-3 and {paths for _, paths in steps} == {1}
+    assert {stage for stage, _ in steps} == set(range(1 + revisions))
 
 
 def test_no_further_stage_where_the_error_is_low_enough(device: int) -> None:

@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from livecl.device import open_device
+from livecl.drawing import Drawing
 from livecl.losses import xing_loss
 from livecl.rasterizer import Gradients, Rasterizer
 from livecl.state import State
@@ -25,10 +28,13 @@ LOSS_TOLERANCE = DEVIATIONS * UNIT * (2 * 100 + 1000)
 STEP_LOSS_TOLERANCE = 1 / 40
 
 
-#: Where |A| of a pixel is within rounding of 0 or 1, the two precisions may disagree on whether the outline counts in
-#: it. That concerns a few control points at a time, and by no more than their outline's share in the pixel: apart from
-#: the worst twentieth of the entries only rounding is allowed for, and for the whole a fiftieth of the norm.
-DOUBTFUL_SHARE, DOUBTFUL_TOLERANCE = 0.05, 0.02
+#: Farther than this from 0 and 1, |A| in double precision is not that of a pixel without outline.
+EXACT = 1e-9
+
+# The exact coverage that the tests compare the kernels with.
+sys.path.append(str(Path(__file__).resolve().parents[2] / "tests"))
+from reference.coverage import winding_area  # noqa: E402
+from reference.flatten import flatten  # noqa: E402
 
 
 class CheckError(Exception):
@@ -36,7 +42,7 @@ class CheckError(Exception):
 
 
 def gradient_tolerance(side: int) -> float:
-    """Return how far rounding may move a gradient, over its norm.
+    """Return how far rounding may move a gradient, over its norm, and the signed area A of a pixel (coverage.cl).
 
     A vertex's coordinates of up to `side` px are off by UNIT x side x the root of some ten roundings, coverage by twice
     that, and with it the colour under a layer and the share of the outline in a pixel: of order 1 each.
@@ -78,7 +84,7 @@ def check_step(
     pieces = single.pieces(drawing)
     rendered = single.forward(drawing, pieces)
     weight = single.distance_weight(drawing, options.tau, pieces)
-    loss, gradients = single.loss_and_gradients(drawing, image, weight, pieces, scale=1 / 3)
+    loss, _ = single.loss_and_gradients(drawing, image, weight, pieces, scale=1 / 3)
     found = {
         "weight_sum": _within("sum of the distance weight", float(weight.sum(dtype=np.float64)), 1, LOSS_TOLERANCE)
     }
@@ -87,13 +93,31 @@ def check_step(
     found["loss"] = _within("loss, against NumPy's", loss, recomputed, LOSS_TOLERANCE)
     if exact and open_device(device).device.double_fp_config:
         double = Rasterizer(drawing.size, device, dtype=np.float64)
-        _, wanted = double.loss_and_gradients(drawing, image, weight, pieces, scale=1 / 3)
-        found |= _compare(gradients, wanted, gradient_tolerance(max(drawing.size)))
+        tolerance = gradient_tolerance(max(drawing.size))
+        certain = weight * ~doubtful_pixels(drawing, pieces, tolerance)
+        _, gradients = single.loss_and_gradients(drawing, image, certain, pieces, scale=1 / 3)
+        _, wanted = double.loss_and_gradients(drawing, image, certain, pieces, scale=1 / 3)
+        found |= _compare(gradients, wanted, tolerance)
     vectorizer = Vectorizer(image, state, device)
     step_loss = vectorizer.step()
     wanted_loss = recomputed + options.xing_weight * xing_loss(drawing.cubics)[0]
     found["step_loss"] = _within("loss of a step", step_loss, wanted_loss, STEP_LOSS_TOLERANCE)
     return found
+
+
+def doubtful_pixels(drawing: Drawing, pieces: NDArray[np.int32], band: float) -> NDArray[np.bool_]:
+    """Return where the two precisions may find different gradients, both rightly: (H, W).
+
+    There a layer's abs(A) lies within rounding, `band`, of a kink of min(abs(A), 1), at 0 or 1, and on the one side the
+    outline counts in the pixel, on the other not, or with the other sign. One such pixel, in which windings of 1 and -1
+    all but cancelled (A = 1.9e-5), was 3 % of the gradient of 256 paths at 1024x1024.
+    """
+    doubtful = np.zeros(drawing.size, bool)
+    for outlines in flatten(drawing, pieces):
+        area = np.abs(winding_area(outlines, drawing.size))
+        from_kink = np.minimum(area, np.abs(area - 1))
+        doubtful |= (from_kink > EXACT) & (from_kink <= band)
+    return doubtful
 
 
 def check_error(mse: float, at_most: float | None) -> dict[str, Any]:
@@ -117,12 +141,7 @@ def _compare(found: Gradients, wanted: Gradients, tolerance: float) -> dict[str,
     for name in ("points", "colors"):
         exact = getattr(wanted, name)
         norm = max(float(np.linalg.norm(exact)), 1e-300)
-        sorted_errors = np.sort(np.abs(getattr(found, name) - exact), axis=None) / norm
-        errors[name] = float(np.linalg.norm(sorted_errors))
-        rounding = float(np.linalg.norm(sorted_errors[: int((1 - DOUBTFUL_SHARE) * sorted_errors.size)]))
-        if not (rounding <= tolerance and errors[name] <= DOUBTFUL_TOLERANCE):
-            raise CheckError(
-                f"gradient of the {name}: off by {errors[name]:.2g} of its norm, wanted {DOUBTFUL_TOLERANCE:.2g}; "
-                f"without the worst twentieth by {rounding:.2g}, wanted {tolerance:.2g}"
-            )
+        errors[name] = float(np.linalg.norm(getattr(found, name) - exact)) / norm
+        if not errors[name] <= tolerance:
+            raise CheckError(f"gradient of the {name}: off by {errors[name]:.2g} of its norm, wanted {tolerance:.2g}")
     return errors

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import livecl
 from benchmark import breakdown
 from benchmark.calibration import REFERENCE_SUMS, MultiplyAdd
 from benchmark.cases import Case
@@ -24,7 +25,7 @@ from benchmark.startup import process_seconds
 from livecl import Result
 from livecl.device import OpenDevice
 from livecl.options import Options
-from livecl.vectorizer import Step, Vectorizer, run, vectorize
+from livecl.vectorizer import Step, Vectorizer, run
 
 Image = NDArray[np.float32]
 Answer = dict[str, Any]
@@ -97,7 +98,7 @@ def course(
     case: Case, image: Image, device: int | str | None, on_step: Callable[[Step], bool | None] | None = None
 ) -> Result:
     """Run the case's schedule with the paper's settings."""
-    return vectorize(image, schedule=case.schedule, options=Options.paper(), device=device, on_step=on_step)
+    return livecl.vectorize(image, schedule=case.schedule, options=Options.paper(), device=device, on_step=on_step)
 
 
 def measure_course(case: Case, image: Image, machine: Machine, repeats: int | None) -> Answer:

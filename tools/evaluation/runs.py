@@ -26,7 +26,6 @@ from PIL import Image
 import livecl
 from evaluation.measures import FloatImage, measure
 from evaluation.methods import VTRACER, Method, schedule_through
-from livecl import vectorizer
 from livecl.background import WHITE
 from livecl.files import write_atomically
 from livecl.image import over_background, read_image
@@ -228,7 +227,7 @@ def _end_with_the_terminal() -> None:
 
 def _vectorize(run: Run, options: Options) -> list[Row]:
     image = read_image(run.picture)
-    result = vectorizer.vectorize(image, schedule=run.schedule, options=options, device=run.device, seed=run.seed)
+    result = livecl.vectorize(image, schedule=run.schedule, options=options, device=run.device, seed=run.seed)
     drawings = [*(stage.drawing for stage in result.stages[:-1]), result.drawing]
     for number, drawing in enumerate(drawings, start=1):
         save_svg(drawing, run.folder / f"stage-{number}.svg")

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of the tutorial: what its commands make."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+import livecl
+from figures.strip import save_small, save_strip, shown
+from livecl.pictures import stage_sheet
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def sheet(file: Path) -> None:
+    """The stages of the cherries: --preset draft --paths 16 --background auto."""
+    image = livecl.read_image(EXAMPLES / "fruit.png")
+    options = livecl.options.PRESETS["draft"](background="auto")
+    result = livecl.vectorize(image, paths=16, options=options)
+    save_small(file, np.rint(255 * stage_sheet(image, result, cell=150)))
+
+
+def edit(file: Path) -> None:
+    """The face, without a cheek, and with it drawn again while the head is locked."""
+    image = livecl.read_image(EXAMPLES / "face.png")
+    first = livecl.vectorize(image, options=livecl.Options(holes=False)).drawing
+    cheek = first.select("layer-04")
+    edited = first.layer_subset(np.setdiff1d(np.arange(first.num_layers), cheek))
+    again = livecl.vectorize(image, paths=1, start=edited, lock=[0]).drawing
+    cells = [(first, "face.svg", ""), (edited, "edited.svg", ""), (again, "again.svg", "")]
+    save_strip(file, [(shown(drawing), name, text) for drawing, name, text in cells])
+
+
+FIGURES = {"tutorial-sheet": sheet, "tutorial-edit": edit}
