@@ -94,12 +94,13 @@ def region_candidates(
     """Return the paths that remove most error, one after the other, each put into the painting where it does best.
 
     They are fewer than `count` where none is left that would be worth keeping (`Options.prune`); the first layer of a
-    picture is never left out.
+    picture is never left out. Without a background any that lowers the error is placed: what it is worth depends on the
+    opacities of others, and those are not at their best before training.
     """
     finder = RegionFinder(painting.target.astype(np.float64), painting.image.astype(np.float64))
     judge = _Judge(painting, options, rng, rasterizer)
     found = []
-    least = options.prune * 3 * painting.target[..., 0].size
+    least = options.prune * painting.target.size if painting.target.shape[2] == 3 else 0.0
     for _ in range(count):
         best = judge.best(finder, least)
         if best is None and len(painting.order):

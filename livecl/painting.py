@@ -136,38 +136,38 @@ class Painting:
         depths = [top, *self._depths_below(together, window, LEAST_OVERLAP / area)]
         residual = error_seen(self.target[window] - self.image[window])
         linear, square = np.empty((2, len(depths), *residual.shape[:2]), np.float32)
-        followers = []
         for number, depth in enumerate(depths):
             missing = error_seen(color.astype(np.float32) - self._grounds[depth][window])
             seen = self._transmittances[depth][window]
             linear[number] = 2 * seen * np.einsum("hwc,hwc->hw", residual, missing)
             square[number] = seen * seen * np.einsum("hwc,hwc->hw", missing, missing)
-            followers.append(self._follower(depth, depths[1:], window, missing, area))
+        followers = self._followers(color.astype(np.float32), depths, window)
         trials = []
         for alpha in alphas:
             share = alpha[window]
             gains = area * (share * (linear - share * square)).sum(axis=(1, 2))
-            gains += np.array([gain(share) for gain in followers], dtype=gains.dtype)
+            for number, removed in enumerate(followers):
+                gains[number] += removed(area * share)
             number = int(np.argmax(gains))
             if gains[number] <= gains[0] + LEAST_ADVANTAGE * abs(gains[0]):
                 number = 0
             trials.append(Trial(depths[number], alpha, color, float(gains[number])))
         return trials
 
-    def _depths_below(self, alpha: NDArray[Any], window: tuple[slice, slice], least: float) -> list[int]:
+    def _followers(
+        self, color: NDArray[Any], depths: list[int], window: Window
+    ) -> list[Callable[[NDArray[Any]], float]]:
+        """Return for each depth what other layers will remove, following a layer of some alpha within the window.
+
+        Here they stay as they are.
+        """
+        return []
+
+    def _depths_below(self, alpha: NDArray[Any], window: Window, least: float) -> list[int]:
         """Return the depths below the layers that an alpha (H, W) overlaps most."""
         share = alpha[window]
         overlaps = np.array([float(np.einsum("hw,hw->", share, other[window])) for other in self._alphas])
         return [int(k) for k in np.argsort(-overlaps, kind="stable")[:MOST_DEPTHS] if overlaps[k] > least]
-
-    def _follower(
-        self, depth: int, lower: list[int], window: Window, missing: NDArray[Any], area: float
-    ) -> Callable[[NDArray[Any]], float]:
-        """Return what error another layer would remove in answer to a new one's alpha in a window; here none does.
-
-        `missing` (h, w, C) is c - C_k there, as it is seen, and `area` how many pixels each of them stands for.
-        """
-        return lambda share: 0.0
 
     def insert(self, trial: Trial) -> None:
         """Put a new layer where it was tried: only within its own window anything changes."""

@@ -7,7 +7,7 @@ the error e_i - e_a b is seen. Of a black and of a white background, the mean of
     1/2 e_i^2 + 1/2 (e_i - e_a)^2 = (e_i - e_a / 2)^2 + e_a^2 / 4;
 
 summed over R, G and B it is |E|^2 with E_i = e_i - e_a / 2 and E_a = sqrt(3) / 2 e_a. This is what a run minimizes
-(kernels/composite.cl) and decides by. An error in alpha weighs more in it than in |e|^2: it shows in three channels.
+(kernels/composite.cl) and decides by; errors in alpha weigh more in it than in |e|^2, as they show in three channels.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ ALPHA_SEEN = math.sqrt(3) / 2
 
 
 def error_seen(error: NDArray[Any]) -> NDArray[Any]:
-    """Return the numbers, (..., C), whose squares sum to what is seen of an error (..., C).
+    """Return the numbers, (..., C), whose squares sum to what is seen of an error (..., C) of RGB or RGBA.
 
-    In RGB they are the error itself; otherwise it is one of premultiplied RGBA.
+    In RGB they are the error itself.
     """
     if error.shape[-1] == 3:
         return error

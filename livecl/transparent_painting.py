@@ -27,6 +27,8 @@ from livecl.transparency import error_seen
 #: Alpha from which on a layer counts as opaque and stays so, least factor of the others' opacities, and rounds in which
 #: they are set, one after the other.
 OPAQUE, LEAST_FACTOR, ROUNDS = 0.95, 0.2, 4
+#: Squared change of a picture below which a layer does nothing.
+LEAST_SQUARE = 1e-9
 WHOLE = slice(None), slice(None)
 
 
@@ -35,7 +37,7 @@ class TransparentPainting(Painting):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        # What layers do to the picture, that times the error, and its square; until something is inserted.
+        # d_k, r . d_k and |d_k|^2 of layers, until something is inserted.
         self._changes: dict[int, tuple[NDArray[Any], float, float]] = {}
 
     def insert(self, trial: Trial) -> None:
@@ -50,43 +52,44 @@ class TransparentPainting(Painting):
 
     def _set_opacity(self, k: int, window: Window) -> None:
         """Give a layer the opacity that leaves least error."""
-        change = self._change(k, window)
-        residual = error_seen(self.target[window] - self.image[window])
-        step = self._step(k, float(np.sum(residual * change)), float(np.sum(change * change)))
-        self._alphas[k] = self._alphas[k] * np.float32(1 + step)
+        _, product, square = self._change(k, window)
+        self._alphas[k] = self._alphas[k] * np.float32(1 + self._step(k, product, square))
         for i in range(k, len(self._alphas)):
             self._grounds[i + 1][window] = over(self._grounds[i][window], self._alphas[i][window], self._colors[i])
         for i in reversed(range(k + 1)):
             self._transmittances[i][window] = self._transmittances[i + 1][window] * (1 - self._alphas[i][window])
 
-    def _follower(
-        self, depth: int, lower: list[int], window: Window, missing: NDArray[Any], area: float
-    ) -> Callable[[NDArray[Any]], float]:
-        """What the layer above a new one would remove, or below one on top the layer that it overlaps most."""
-        following = [depth] if depth < len(self._alphas) else lower[:1]
-        if not following or self._alphas[following[0]].max() >= OPAQUE:
-            return super()._follower(depth, lower, window, missing, area)
-        k = following[0]
+    def _followers(
+        self, color: NDArray[Any], depths: list[int], window: Window
+    ) -> list[Callable[[NDArray[Any]], float]]:
+        """Return what the layer above a new one will remove, or below one on top the layer that it overlaps most."""
+        following = [depths[1] if depth == len(self._alphas) and len(depths) > 1 else depth for depth in depths]
+        return [self._follower(k, color, depth, window) for k, depth in zip(following, depths, strict=True)]
+
+    def _follower(self, k: int, color: NDArray[Any], depth: int, window: Window) -> Callable[[NDArray[Any]], float]:
+        if k == len(self._alphas) or self._alphas[k].max() >= OPAQUE:
+            return lambda share: 0.0
         if k not in self._changes:
-            own = self._change(k, WHOLE)
-            product = float(np.sum(error_seen(self.target - self.image) * own))
-            self._changes[k] = own, product, float(np.sum(own * own))
+            self._changes[k] = self._change(k, WHOLE)
         own, product, square = self._changes[k]
+        missing = error_seen(color - self._grounds[depth][window])
         both = self._transmittances[depth][window] * np.einsum("hwc,hwc->hw", missing, own[window])
         alone = self._removed(k, product, square)
-        return lambda share: self._removed(k, product - area * float(np.sum(share * both)), square) - alone
+        return lambda share: self._removed(k, product - float(np.sum(share * both)), square) - alone
 
-    def _removed(self, k: int, product: float, square: float) -> float:
-        """Error that a layer would remove by changing its opacity."""
-        step = self._step(k, product, square)
-        return 2 * step * product - step**2 * square
-
-    def _change(self, k: int, window: Window) -> NDArray[Any]:
-        """What layer k does to the picture, as it is seen."""
+    def _change(self, k: int, window: Window) -> tuple[NDArray[Any], float, float]:
+        """Return d_k, r . d_k and |d_k|^2 within a window."""
         visible = self._alphas[k][window] * self._transmittances[k + 1][window]
-        return np.asarray(visible[..., None] * error_seen(self._colors[k] - self._grounds[k][window]))
+        change = np.asarray(visible[..., None] * error_seen(self._colors[k] - self._grounds[k][window]))
+        residual = error_seen(self.target[window] - self.image[window])
+        return change, float(np.sum(residual * change)), float(np.sum(change * change))
 
     def _step(self, k: int, product: float, square: float) -> float:
-        """Share by which a layer's opacity should rise, as far as it can: the step s above."""
+        """Return the step s above, as far as the opacity can go."""
         most = 1 / float(self._alphas[k].max())
-        return float(np.clip(product / max(square, 1e-9), LEAST_FACTOR - 1, most - 1))
+        return float(np.clip(product / max(square, LEAST_SQUARE), LEAST_FACTOR - 1, most - 1))
+
+    def _removed(self, k: int, product: float, square: float) -> float:
+        """Return the error that a layer removes by that step."""
+        step = self._step(k, product, square)
+        return 2 * step * product - step**2 * square

@@ -87,7 +87,7 @@ def test_opacities_follow_a_wider_layer() -> None:
     arguments = (target, before[..., None] * color, np.zeros(4), before[None], color[None])
     stays, follows = Painting(*arguments), TransparentPainting(*arguments)
     for work in (stays, follows):
-        work.insert(work.try_layers([0.3 * wide], color)[0])
+        work.insert(*work.try_layers([0.3 * wide], color))
     error = squared_error(arguments[1], target)[0].sum()
     assert stays.error.sum() > 0.1 * error
     assert follows.error.sum() < 1e-4 * error
@@ -102,7 +102,7 @@ def test_what_is_opaque_stays_so() -> None:
     target, opaque = rng.uniform(size=(9, 8, 4)), np.ones((9, 8))
     work = TransparentPainting(target, np.ones((9, 8, 4)), np.zeros(4), opaque[None], np.ones((1, 4)))
     color = np.array((0.2, 0.5, 0.3, 1.0))
-    work.insert(work.try_layers([rng.uniform(size=(9, 8)) * 0.5], color)[0])
+    work.insert(*work.try_layers([rng.uniform(size=(9, 8)) * 0.5], color))
     np.testing.assert_allclose(work.image[..., 3], 1, atol=1e-6)
 
 
