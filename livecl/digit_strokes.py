@@ -143,7 +143,7 @@ def draw_digits(count: int, *, seed: int = 0) -> Digits:
     for image, label in zip(images, labels, strict=True):
         skeleton, weights = stamps[label][rng.integers(len(stamps[label]))]
         points = np.array(skeleton.points) + rng.normal(scale=JITTER, size=(len(skeleton.points), 2))
-        image[:] = _stamped(_placed(weights @ points, rng), rng.uniform(*RADII))
+        image[:] = stamped(_placed(weights @ points, rng), rng.uniform(*RADII))
     return Digits(images, labels)
 
 
@@ -158,9 +158,12 @@ def _placed(stamps: FloatArray, rng: np.random.Generator) -> FloatArray:
     return (placed - (low + high) / 2) * size + SIDE / 2 + rng.uniform(*SHIFTS, size=2)
 
 
-def _stamped(stamps: FloatArray, radius: float) -> FloatArray:
-    """Return a picture (28, 28) of discs at the stamps (T, 2): 1 inside, and a ramp 1 px wide across their edge."""
-    centers = np.arange(SIDE) + 0.5
+def stamped(stamps: FloatArray, radius: float, side: int = SIDE) -> FloatArray:
+    """Return a picture (side, side) of discs of a radius, px, at the stamps (T, 2).
+
+    It is 1 inside, with a ramp 1 px wide across the edge.
+    """
+    centers = np.arange(side) + 0.5
     across, down = np.square(centers[:, None] - stamps[:, 0]), np.square(centers[:, None] - stamps[:, 1])
     distance = np.sqrt((down[:, None] + across).min(axis=2))
     return np.clip(radius + 0.5 - distance, 0.0, 1.0)

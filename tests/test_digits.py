@@ -104,13 +104,13 @@ def test_strokes_run_through_their_ends() -> None:
 def test_stamps_lie_close_together(monkeypatch: pytest.MonkeyPatch) -> None:
     # The bound on the pen's scallops follows from it.
     placed = []
-    stamped = digit_strokes._stamped
+    stamped = digit_strokes.stamped
 
     def noted(stamps: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
         placed.append(stamps)
         return stamped(stamps, radius)
 
-    monkeypatch.setattr(digit_strokes, "_stamped", noted)
+    monkeypatch.setattr(digit_strokes, "stamped", noted)
     draw_digits(1000)
     assert len(placed) == 1000
     for stamps in placed:

@@ -22,7 +22,7 @@ import compare_sequence
 import interpolate as interpolate_tool
 import orderness
 import vectorize_sequence
-from animations.strokes import DIGITS, PEN, draw_frames
+from animations.strokes import DIGITS, HEIGHT, PEN, draw_frames
 
 SIZE = (32, 40)
 A = quantize(build([([circle((12, 16), 8)], RED), ([rectangle(26, 10, 34, 20)], BLUE)], SIZE))
@@ -173,5 +173,5 @@ def test_digits_are_pen_strokes() -> None:
         image = draw_frames(digit, "2" if digit != "2" else "3", 2, side=48)[0]
         assert image.shape == (48, 48, 3)
         assert {0.0, 1.0} <= set(np.unique(image))
-        # A stroke about 1 to 2 sides long, twice the pen's half width wide.
-        assert 2 * PEN < image.mean() < 2 * 2 * PEN
+        # A stroke at least as long as the digit is high, and at most twice as long as the side, as wide as the pen.
+        assert 2 * PEN * HEIGHT < image.mean() < 2 * 2 * PEN
