@@ -149,8 +149,9 @@ def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> Shar
 
     if rasterizer is None:
         rasterizer = Rasterizer(drawing.size)
-    opacities = drawing.colors[:, 3].astype(np.float32)
-    return rasterizer.coverages(drawing) * opacities[:, None, None]
+    alphas = rasterizer.coverages(drawing)
+    alphas *= drawing.colors[:, 3, None, None].astype(np.float32)
+    return alphas
 
 
 def composited_colors(drawing: Drawing) -> tuple[FloatArray, FloatArray]:

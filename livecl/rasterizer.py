@@ -120,8 +120,20 @@ class Rasterizer:
         Returns
         -------
         (N, H, W) array
-            Share of each pixel inside each layer, in [0, 1]; beside it, as much again is needed on the device.
+            Share of each pixel inside each layer, in [0, 1].
         """
+        together = max(1, self.max_tiles // (self._grid.num_strips * self._grid.num_tiles))  # on the device at a time
+        if drawing.num_layers <= together:
+            return self._coverages(drawing, pieces)
+        coverages = np.empty((drawing.num_layers, *self.size), self.dtype)
+        for first in range(0, drawing.num_layers, together):
+            layers = np.arange(first, min(first + together, drawing.num_layers))
+            start, end = drawing.segment_offsets[[layers[0], layers[-1] + 1]]
+            some = None if pieces is None else np.asarray(pieces)[start:end]
+            coverages[layers] = self._coverages(drawing.layer_subset(layers), some)
+        return coverages
+
+    def _coverages(self, drawing: Drawing, pieces: ArrayLike | None) -> NDArray[Any]:
         planes = DeviceImage(self._loaded(drawing).cover(pieces), drawing.num_layers)
         return np.ascontiguousarray(np.moveaxis(self.download(planes), -1, 0))
 

@@ -62,6 +62,16 @@ def test_inside_is_exactly_one_and_outside_exactly_zero(rasterizer_for: Rasteriz
         np.testing.assert_array_equal(found[layer][untouched], np.round(share[untouched]))
 
 
+@pytest.mark.parametrize("max_tiles", [1, 40, 1 << 17])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("name", drawings.ALL_CASES)
+def test_all_layers_at_once(rasterizer_for: RasterizerFor, device: int, name: str, dtype: type, max_tiles: int) -> None:
+    case = drawings.ALL_CASES[name]()
+    one_by_one = _coverages(rasterizer_for(case.drawing.size, dtype), case)
+    together = Rasterizer(case.drawing.size, device, dtype, max_tiles=max_tiles)
+    np.testing.assert_array_equal(together.coverages(case.drawing, case.pieces), one_by_one)
+
+
 def _untouched(outlines: list[np.ndarray], size: tuple[int, int]) -> np.ndarray:
     """Pixels that no line's bounding box touches: (H, W) bool."""
     column, row = np.arange(size[1]), np.arange(size[0])[:, None]
