@@ -9,7 +9,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tqdm import tqdm
+    from typing_extensions import Self
 
     from livecl.batch_record import Outcome
     from livecl.vectorizer import Step
@@ -20,21 +20,30 @@ MSE_INTERVAL = 0.5
 _log = logging.getLogger(__name__)
 
 
-def _bar(total: int | None, unit: str, quiet: bool) -> tqdm[Any]:
-    from tqdm import tqdm
+class _Progress:
+    """What all progress bars share: they are closed where they are left."""
 
-    width, height = shutil.get_terminal_size()  # a size also where the terminal has none
-    return tqdm(
-        total=total,
-        disable=True if quiet else None,
-        unit=unit,
-        ncols=width - 1,
-        nrows=height,
-        leave=False,
-    )
+    def __init__(self, total: int | None, unit: str, *, quiet: bool) -> None:
+        from tqdm import tqdm
+
+        width, height = shutil.get_terminal_size()  # a size also where the terminal has none
+        self._bar: tqdm[Any] = tqdm(
+            total=total,
+            disable=True if quiet else None,
+            unit=unit,
+            ncols=width - 1,
+            nrows=height,
+            leave=False,
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
 
 
-class RunProgress:
+class RunProgress(_Progress):
     """A progress bar over all iterations of all stages.
 
     Parameters
@@ -46,17 +55,11 @@ class RunProgress:
     """
 
     def __init__(self, revisions: int, *, quiet: bool) -> None:
-        self._bar = _bar(None, "it", quiet)
+        super().__init__(None, "it", quiet=quiet)
         self._bar.set_description("preparing")
         self._revisions = revisions
         self._next_mse = 0.0
         self._mse = ""
-
-    def __enter__(self) -> RunProgress:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
 
     def show(self, step: Step) -> None:
         """Move the bar to an iteration; the error costs a render and is shown a few times a second only."""
@@ -77,7 +80,7 @@ class RunProgress:
         self._bar.update(step.stage * step.iterations + step.iteration - self._bar.n)
 
 
-class FilmProgress:
+class FilmProgress(_Progress):
     """A progress bar over the pictures of a film.
 
     Parameters
@@ -89,14 +92,8 @@ class FilmProgress:
     """
 
     def __init__(self, name: str, *, quiet: bool) -> None:
-        self._bar = _bar(None, "picture", quiet)
+        super().__init__(None, "picture", quiet=quiet)
         self._bar.set_description(name)
-
-    def __enter__(self) -> FilmProgress:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
 
     def show(self, done: int, total: int) -> None:
         """Move the bar to a picture."""
@@ -104,7 +101,7 @@ class FilmProgress:
         self._bar.update(done - self._bar.n)
 
 
-class BatchProgress:
+class BatchProgress(_Progress):
     """A progress bar over the pictures of a batch.
 
     Parameters
@@ -116,14 +113,8 @@ class BatchProgress:
     """
 
     def __init__(self, total: int, *, quiet: bool) -> None:
-        self._bar = _bar(total, "picture", quiet)
+        super().__init__(total, "picture", quiet=quiet)
         self._failed = 0
-
-    def __enter__(self) -> BatchProgress:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
 
     def show(self, outcome: Outcome) -> None:
         """Count a picture."""
