@@ -35,6 +35,9 @@ CANDIDATES, CLOSE_CANDIDATES = 12, 3
 SMALL_REGION = 12
 #: What the gain of a region tried roughly may be too small by.
 ROUGHNESS = 1.05
+#: Share of what a layer must remove to be kept that a new one must remove where it is placed: training makes more of
+#: it, most where edges are soft.
+WORTH_TRAINING = 0.2
 #: What each segment beyond `segments` must add: a share of the error removed or, if that is less, a squared error: half
 #: of a pixel that is wrong in one channel.
 GAIN_PER_SEGMENT, SEGMENT_ERROR = 0.001, 0.5
@@ -93,14 +96,13 @@ def region_candidates(
 ) -> list[Candidate]:
     """Return the paths that remove most error, one after the other, each put into the painting where it does best.
 
-    They are fewer than `count` where none is left that would be worth keeping (`Options.prune`); the first layer of a
-    picture is never left out. Without a background any that lowers the error is placed: what it is worth depends on the
-    opacities of others, and those are not at their best before training.
+    They are fewer than `count` where none is left that would come to be worth keeping (`Options.prune`); the first
+    layer of a picture is never left out.
     """
     finder = RegionFinder(painting.target.astype(np.float64), painting.image.astype(np.float64))
     judge = _Judge(painting, options, rng, rasterizer)
     found = []
-    least = options.prune * painting.target.size if painting.target.shape[2] == 3 else 0.0
+    least = WORTH_TRAINING * options.prune * 3 * painting.target[..., 0].size
     for _ in range(count):
         best = judge.best(finder, least)
         if best is None and len(painting.order):
