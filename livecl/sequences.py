@@ -22,10 +22,13 @@ from livecl.vectorizer import Picture
 #: Share of the learning rate of points that is left where they start near their places: they slide along outlines less,
 #: and end at lower errors.
 REFINING_RATE = 0.5
+#: Iterations for each picture but the first, as a multiple of those of a stage: layers that are there already are all
+#: that a picture has, where a run by itself has several stages and revisions.
+REFINING_STAGES = 2
 #: Error from which on paths may be added: so many of the first picture's, and so much above it.
-POOR_RATIO, POOR_RISE = 2.0, 1e-4
+POOR_RATIO, POOR_RISE = 1.2, 1e-5
 #: Share of the error that may be left for added paths to stay.
-GOOD_RATIO = 0.5
+GOOD_RATIO = 0.8
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,10 +79,10 @@ def vectorize_sequence(
     paths, schedule, options, device, seed
         As in :func:`livecl.vectorize`; `paths` and `schedule` are those of the first picture.
     refine_iterations : int, optional
-        Iterations for each picture but the first; `options.iterations` where not given.
+        Iterations for each picture but the first; twice `options.iterations` where not given.
     add_paths : int
-        Paths that may be added for each picture whose error, after refinement, is twice that of the first or more, and
-        by at least 1e-4 larger; they stay if they halve it.
+        Paths that may be added for each picture whose error, after refinement, is a fifth larger than that of the first
+        or more, and by at least 1e-5; they stay if they lower it by a fifth.
     start : Drawing, optional
         Drawing that the first picture starts from.
     on_frame : callable, optional
@@ -99,7 +102,9 @@ def vectorize_sequence(
     options = Options() if options is None else options
     if isinstance(add_paths, bool) or not isinstance(add_paths, int) or add_paths < 0:
         raise ValueError(f"add_paths: got {add_paths!r}, wanted a whole number of at least 0")
-    refining = _refining(options, options.iterations if refine_iterations is None else refine_iterations)
+    if refine_iterations is None:
+        refine_iterations = REFINING_STAGES * options.iterations
+    refining = _refining(options, refine_iterations)
     results: list[Result] = []
     for index, image in enumerate(images):
         target = as_image(image)

@@ -57,7 +57,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--refine-iterations",
         type=whole(1),
         metavar="N",
-        help="iterations for each picture but the first (default: those of a stage)",
+        help="iterations for each picture but the first (default: twice those of a stage)",
     )
     parser.add_argument(
         "--add-paths",
