@@ -143,7 +143,7 @@ def open_device(spec: int | str | None = None) -> OpenDevice:
 
 
 @contextlib.contextmanager
-def failures_of(info: DeviceInfo) -> Iterator[None]:
+def failures_of(info: DeviceInfo | str) -> Iterator[None]:
     """Raise what OpenCL raises within as a DeviceError: the device failed, or was lost, while it worked."""
     try:
         yield

@@ -87,6 +87,7 @@ def test_json(folder: Path) -> None:
         "options",
         "paths",
         "mse",
+        "stopped",
         "seconds",
         "compile_seconds",
         "stages",
