@@ -44,6 +44,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ValueError as error:
         complain(str(error))
         return BAD_INPUT
+    except SystemExit:  # --help and --version have been printed
+        if code := _tell(""):
+            return code
+        raise
     with messages(quiet=arguments.quiet, verbose=arguments.verbose), Interrupts() as interrupts:
         return _run(arguments, interrupts)
 

@@ -33,6 +33,7 @@ def write_standard(data: bytes) -> None:
         If that cannot be done; what is left is then thrown away, so that Python does not try again when it ends.
     """
     try:
+        sys.stdout.flush()
         sys.stdout.buffer.write(data)
         sys.stdout.buffer.flush()
     except OSError:

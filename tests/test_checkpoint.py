@@ -108,17 +108,17 @@ def test_a_recipe_goes_on_too(device: int, tmp_path: Path) -> None:
 
 
 def test_paths_just_placed_that_are_worse_are_not_the_best(device: int) -> None:
-    options = Options.diffvg(iterations=20)
+    options, errors = Options.diffvg(iterations=150), []
 
     def on_step(step: Any) -> bool:
+        errors.append(step.mse)
         return bool(step.stage == 1)
 
     whole = vectorize(SMALL, schedule=[2], options=options, device=device)
     result = vectorize(SMALL, schedule=[2, 8], options=options, device=device, on_step=on_step)
-    worse = vectorize(SMALL, schedule=[2, 8], options=dataclasses.replace(options, iterations=1), device=device)
-    assert worse.mse > whole.mse, "or this tests nothing"
+    assert errors[-1] > whole.mse, "or this tests nothing"
     assert result.svg == whole.svg and result.mse == whole.mse and result.stopped == "callback"
-    assert [(stage.paths, stage.iterations) for stage in result.stages] == [(2, 21)]
+    assert [(stage.paths, stage.iterations) for stage in result.stages] == [(2, 151)]
 
 
 def test_stopped_before_there_is_a_path(device: int) -> None:
@@ -145,7 +145,7 @@ def test_a_stop_is_asked_for_in_placement_and_merging(device: int) -> None:
 def stopped_run(path: Path, device: int) -> dict[str, Any]:
     """Leave a checkpoint, and return the arguments of the run."""
     arguments: dict[str, Any] = {"image": SMALL, "paths": 3, "options": Options(iterations=5, revisions=0)}
-    assert vectorize(**arguments, device=device, control=Control(stop=after(60), checkpoint=path)).stopped == "enough"
+    assert vectorize(**arguments, device=device, control=Control(stop=after(8), checkpoint=path)).stopped == "enough"
     assert is_checkpoint(path)
     return {**arguments, "device": device}
 
