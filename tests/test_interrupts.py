@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+import types
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,9 @@ from batches import make_pictures
 from commands import COMMAND, OUTPUTS, ended, make_picture, start, wait_for, written
 
 import livecl
-from livecl import cli
+from livecl import Options, Recipe, cli, vectorize_files
+from livecl.batch_pool import Task
+from livecl.batch_worker import Work, make
 from livecl.interrupts import Interrupted, Interrupts
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
@@ -72,7 +76,7 @@ def test_a_run_that_was_interrupted_goes_on_to_the_same_bytes(folder: Path) -> N
 @pytest.mark.slow
 def test_a_batch_that_is_terminated_keeps_what_is_finished(folder: Path) -> None:
     make_pictures(folder / "pictures", 3)
-    process = start(folder, "pictures", "-o", "svgs", "--workers", "1", "--paths", "2", "--iterations", "3000")
+    process = start(folder, "pictures", "-o", "svgs", "--workers", "1", "--paths", "2", "--iterations", "400")
     wait_for(lambda: bool(list(folder.glob("svgs/*.svg"))))
     process.send_signal(signal.SIGTERM)
     code, said = ended(process)
@@ -82,8 +86,15 @@ def test_a_batch_that_is_terminated_keeps_what_is_finished(folder: Path) -> None
     assert all(name in Path("svgs/summary.csv").read_text() for name in done)
 
 
+@pytest.fixture
+def slow_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A clock that only goes on, by a second, when a time limit is looked at: tests must not depend on real time."""
+    monkeypatch.setattr("livecl.control.time", types.SimpleNamespace(monotonic=itertools.count().__next__))
+
+
+@pytest.mark.usefixtures("slow_clock")
 def test_the_time_limit(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command = [*ENDLESS, "--time-limit", "0.7", "--json", "out.json"]
+    command = [*ENDLESS[:-2], "--time-limit", "100", "--json", "out.json"]
     assert cli.main(command) == 0
     said = capsys.readouterr().err
     assert said.startswith("time limit; out.svg has the best drawing so far: 1 paths, MSE 0.")
@@ -103,16 +114,24 @@ def test_a_time_limit_before_there_is_a_path(folder: Path, capsys: pytest.Captur
     assert capsys.readouterr().err == f"{said}\n"
 
 
-def test_the_time_limit_of_a_batch_is_that_of_each_picture(folder: Path) -> None:
-    make_pictures(folder / "pictures", 2)
-    rows = []
-    command = ["pictures", "-o", "svgs", "--workers", "1", "--iterations", "1000000", "--time-limit"]
-    for limit in ("0.8", "0.8", "0.9"):
-        assert cli.main([*command, limit, "-q"]) == 0
-        rows.append(Path("svgs/summary.csv").read_text())
-    assert rows[0].count("time limit") == 2
-    assert rows[1].count("skipped") == 2, "done, for this limit"
-    assert rows[2].count("done,") == 2, "and made again for another"
+@pytest.mark.usefixtures("slow_clock")
+def test_the_time_limit_of_a_batch_is_that_of_each_picture(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def work_here(tasks: Iterable[Task], work: Work, **_: Any) -> Iterator[tuple[int, Any]]:
+        for task in tasks:
+            yield task.number, make(task.data, task.name, work)
+
+    monkeypatch.setattr("livecl.batch.work_locally", work_here)
+    files, recipe = make_pictures(folder / "pictures", 2), Recipe(options=Options(iterations=1_000_000))
+
+    def made(limit: float) -> list[tuple[str, str]]:
+        outcomes = vectorize_files(files, "svgs", recipe=recipe, time_limit=limit)
+        return [(outcome.status, outcome.message) for outcome in outcomes]
+
+    assert made(100) == [("done", "time limit")] * 2
+    assert made(100) == [("skipped", "time limit")] * 2, "done, for this limit"
+    assert made(101) == [("done", "time limit")] * 2, "and made again for another"
+    assert made(0) == [("failed", "time limit; there was no path yet")] * 2
+    assert all(livecl.read_svg(file).num_layers for file in Path("svgs").glob("*.svg"))
 
 
 def test_resuming(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
