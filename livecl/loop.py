@@ -164,7 +164,8 @@ class Loop:
 
     def _save(self) -> None:
         self._count()
-        self._checkpoints.write(self.vectorizer.state, self.record)
+        if self.record.stages or self.vectorizer.state.placed:  # else there is nothing to go on from
+            self._checkpoints.write(self.vectorizer.state, self.record)
 
     def _told(self, loss: float) -> Step:
         state = self.vectorizer.state

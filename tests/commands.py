@@ -35,7 +35,7 @@ def start(folder: Path, *arguments: str, **streams: Any) -> subprocess.Popen[str
     return subprocess.Popen(
         [sys.executable, "-m", "livecl", *arguments],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": ""},  # standard output as it usually is
         text=True,
         **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **streams},
     )

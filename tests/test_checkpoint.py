@@ -74,7 +74,7 @@ def test_a_run_stopped_again_and_again_ends_the_same(name: str, device: int, tmp
         result = vectorize(**arguments, control=control)
         if result.stopped is None:
             break
-        assert result.stopped == "enough" and path.exists()
+        assert result.stopped == "enough"
         stops += 1
     assert stops >= 2
     assert same(result, whole)

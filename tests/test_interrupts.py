@@ -6,6 +6,7 @@ from __future__ import annotations
 import itertools
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import pyopencl as cl
 import pytest
 from batches import make_pictures
 from commands import COMMAND, OUTPUTS, ended, make_picture, start, wait_for, written
@@ -23,6 +25,8 @@ from livecl import Options, Recipe, cli, vectorize_files
 from livecl.batch_pool import Task
 from livecl.batch_worker import Work, make
 from livecl.interrupts import Interrupted, Interrupts
+from livecl.launcher import Launcher
+from livecl.vectorizer import Vectorizer
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
 
@@ -107,11 +111,9 @@ def test_the_time_limit(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_a_time_limit_before_there_is_a_path(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([*SHORT, "--time-limit", "0"]) == 1
-    said = "livecl: error: time limit; there was no path yet, and nothing was written"
-    assert capsys.readouterr().err == f"{said}; --resume goes on from out.svg.checkpoint\n"
-    assert not Path("out.svg").exists()
-    assert cli.main([*SHORT, "--time-limit", "0", "--no-checkpoint"]) == 1
-    assert capsys.readouterr().err == f"{said}\n"
+    said = "livecl: error: time limit; there was no path yet, and nothing was written\n"
+    assert capsys.readouterr().err == said
+    assert [file.name for file in folder.iterdir()] == ["in.png"]
 
 
 @pytest.mark.usefixtures("slow_clock")
@@ -134,10 +136,11 @@ def test_the_time_limit_of_a_batch_is_that_of_each_picture(folder: Path, monkeyp
     assert all(livecl.read_svg(file).num_layers for file in Path("svgs").glob("*.svg"))
 
 
+@pytest.mark.usefixtures("slow_clock")
 def test_resuming(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([*SHORT, "--resume"]) == 0
     assert "there is no out.svg.checkpoint to go on from: the run begins anew\n" in capsys.readouterr().err
-    assert cli.main([*SHORT, "--time-limit", "0", "-q"]) == 1
+    assert cli.main([*SHORT, "--time-limit", "50", "-q"]) == 0
     capsys.readouterr()
     before = CHECKPOINT.read_bytes()
     assert cli.main([*SHORT, "--resume", "--seed", "3"]) == 2
@@ -147,7 +150,7 @@ def test_resuming(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert CHECKPOINT.read_bytes() == before
     assert cli.main(SHORT) == 0
     assert "out.svg.checkpoint is of a run that was stopped: --resume would go on from it" in capsys.readouterr().err
-    assert cli.main([*SHORT, "--time-limit", "0", "--checkpoint", "mine", "-q"]) == 1
+    assert cli.main([*SHORT, "--time-limit", "50", "--checkpoint", "mine", "-q"]) == 0
     assert cli.main([*SHORT, "--checkpoint", "mine", "--resume", "-q"]) == 0
     assert sorted(file.name for file in folder.iterdir()) == ["in.png", "out.svg"]
 
@@ -170,8 +173,10 @@ def test_resuming(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         (["in.png", "--checkpoint", "file"], "--checkpoint: goes with one picture"),
     ],
 )
+@pytest.mark.usefixtures("slow_clock")
 def test_refusals(arguments: list[str], message: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main([*SHORT, "--time-limit", "0", "--checkpoint", "cut", "-q"]) == 1
+    assert cli.main([*SHORT, "--time-limit", "50", "--checkpoint", "cut", "-q"]) == 0
+    Path("out.svg").write_text("old")
     capsys.readouterr()
     Path("cut").write_bytes(Path("cut").read_bytes()[:-9])
     before = {file.name: file.read_bytes() for file in folder.iterdir()}
@@ -222,6 +227,40 @@ class TestInterrupts:
                 assert interrupts.reason() is None
         finally:
             signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize(("step", "known"), [(3, False), (30, True)])
+def test_a_device_that_fails(
+    step: int, known: bool, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([*SHORT, "-q"]) == 0
+    whole = Path("out.svg").read_bytes()
+    launch, work, steps = Launcher.__call__, Vectorizer.step, itertools.count(1)
+
+    def fail(*_: Any) -> None:
+        raise cl.RuntimeError("clFinish failed: OUT_OF_RESOURCES")
+
+    def work_until(vectorizer: Vectorizer) -> float:
+        if next(steps) == step:
+            monkeypatch.setattr(Launcher, "__call__", fail)
+        return work(vectorizer)
+
+    monkeypatch.setattr(Vectorizer, "step", work_until)
+    assert cli.main([*SHORT, "-q", "--json", "out.json", "--sheet", "out.png"]) == 1
+    last, *lines = capsys.readouterr().err.splitlines()[::-1]
+    assert re.match(
+        r"livecl: error: \[0\] .* failed while it worked: clFinish failed: OUT_OF_RESOURCES; out\.svg ", last
+    )
+    error = "0." if known else "unknown, "
+    assert f"has the best drawing so far: 1 paths, MSE {error}" in last
+    assert last.endswith("; --resume goes on from out.svg.checkpoint")
+    assert lines[0].startswith("livecl: error: --sheet: out.png: "), "it is rendered"
+    facts = json.loads(Path("out.json").read_text())
+    assert "failed while it worked" in facts["stopped"] and (facts["mse"] is not None) == known
+    assert livecl.read_svg("out.svg").num_layers == 1
+    monkeypatch.setattr(Launcher, "__call__", launch)
+    assert cli.main([*SHORT, "-q", "--resume"]) == 0
+    assert Path("out.svg").read_bytes() == whole
 
 
 def raising(number: signal.Signals) -> Callable[..., None]:
