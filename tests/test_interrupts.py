@@ -176,7 +176,7 @@ def test_resuming(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.usefixtures("slow_clock")
 def test_refusals(arguments: list[str], message: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([*SHORT, "--time-limit", "50", "--checkpoint", "cut", "-q"]) == 0
-    Path("out.svg").write_text("old")
+    Path("out.svg").unlink()
     capsys.readouterr()
     Path("cut").write_bytes(Path("cut").read_bytes()[:-9])
     before = {file.name: file.read_bytes() for file in folder.iterdir()}
