@@ -9,18 +9,20 @@ import logging
 import os
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from livecl import __version__
 from livecl.archive import UNREADABLE, Arrays, drawing_arrays, drawing_from, read_archive, write_archive
-from livecl.device import DeviceInfo
 from livecl.errors import CheckpointError
 from livecl.files import remove_leftovers
 from livecl.result import Stage
 from livecl.state import State
+
+if TYPE_CHECKING:
+    from livecl.device import DeviceInfo
 
 #: What a file says that is one, and the number of its layout.
 KIND, FORMAT = "livecl checkpoint", 1
