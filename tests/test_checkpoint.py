@@ -144,7 +144,8 @@ def test_a_stop_is_asked_for_in_placement_and_merging(device: int) -> None:
 def stopped_run(path: Path, device: int) -> dict[str, Any]:
     """Leave a checkpoint, and return the arguments of the run."""
     arguments: dict[str, Any] = {"image": SMALL, "paths": 3, "options": Options(iterations=5, revisions=0)}
-    assert vectorize(**arguments, device=device, control=Control(stop=after(8), checkpoint=path)).stopped == "enough"
+    result = vectorize(**arguments, device=device, on_step=lambda _: True, control=Control(checkpoint=path))
+    assert result.stopped == "callback"
     assert is_checkpoint(path)
     return {**arguments, "device": device}
 
