@@ -40,7 +40,7 @@ RUNS: dict[str, dict[str, Any]] = {
     "alpha": {"image": with_alpha(), "paths": 3, "options": Options(iterations=12, revisions=2)},
     "start and lock": {"start": START, "lock": [0], "paths": 2, "options": Options(iterations=12, revisions=2)},
     "refinement": {"start": START, "options": Options(iterations=20, revisions=1)},
-    "auto": {"paths": "auto", "options": Options(iterations=10, revisions=2)},
+    "auto": {"paths": "auto", "options": Options(iterations=10, revisions=1, target_mse=2e-3)},
     "chance": {"schedule": [2, 2], "options": Options.diffvg(iterations=15)},
     "released": {"schedule": [1, 2], "options": Options.released(iterations=15)},
     "paper": {"schedule": [1, 2], "options": Options.paper(iterations=15, background="train")},

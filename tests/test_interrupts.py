@@ -63,7 +63,7 @@ def test_a_signal_ends_the_run_with_the_best_drawing(number: signal.Signals, cod
 
 @pytest.mark.slow
 def test_a_run_that_was_interrupted_goes_on_to_the_same_bytes(folder: Path) -> None:
-    command = [*COMMAND, *OUTPUTS, "-q"]
+    command = [*COMMAND, *OUTPUTS, "--iterations", "50", "--revisions", "1", "-q"]
     assert cli.main(command) == 0
     whole = written(folder)
     assert not CHECKPOINT.exists()
