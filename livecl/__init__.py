@@ -12,9 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from livecl.batch import vectorize_files
+    from livecl.control import Control
     from livecl.device import list_devices
     from livecl.drawing import Drawing
-    from livecl.errors import DeviceError, ImageError, KernelBuildError, LiveclError, SvgError
+    from livecl.errors import (
+        CheckpointError,
+        DeviceError,
+        ImageError,
+        KernelBuildError,
+        LiveclError,
+        RunError,
+        SvgError,
+    )
     from livecl.image import read_image
     from livecl.interpolation import interpolate
     from livecl.options import Options
@@ -29,6 +38,8 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "CheckpointError",
+    "Control",
     "DeviceError",
     "Drawing",
     "Gradients",
@@ -39,6 +50,7 @@ __all__ = [
     "Rasterizer",
     "Recipe",
     "Result",
+    "RunError",
     "SequenceResult",
     "State",
     "SvgError",
@@ -54,9 +66,18 @@ __all__ = [
 
 _MODULES = {
     "batch": ["vectorize_files"],
+    "control": ["Control"],
     "device": ["list_devices"],
     "drawing": ["Drawing"],
-    "errors": ["DeviceError", "ImageError", "KernelBuildError", "LiveclError", "SvgError"],
+    "errors": [
+        "CheckpointError",
+        "DeviceError",
+        "ImageError",
+        "KernelBuildError",
+        "LiveclError",
+        "RunError",
+        "SvgError",
+    ],
     "image": ["read_image"],
     "interpolation": ["interpolate"],
     "options": ["Options"],

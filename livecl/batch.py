@@ -47,6 +47,7 @@ class Batch:
         threads: int = 1,
         scheduler: str | None = None,
         skip_done: bool = True,
+        time_limit: float | None = None,
     ) -> None:
         for name, value in (("workers", workers), ("threads", threads)):
             if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
@@ -57,7 +58,9 @@ class Batch:
         self._summary = Summary(self._folder)
         self.recipe = Recipe() if recipe is None else recipe
         self._fingerprint = self.recipe.fingerprint
-        self._work = Work(self.recipe, device)
+        self._work = Work(self.recipe, device, time_limit)
+        # A picture that was stopped is done for the same time limit only.
+        self._stopped_fingerprint = _digest(f"{self._fingerprint} {time_limit}".encode())
         self._workers, self._threads, self._scheduler = workers, threads, scheduler
         self._skip_done = skip_done
         if scheduler is None:
@@ -120,7 +123,7 @@ class Batch:
     def _done(self, picture: Picture, digest: str) -> Outcome | None:
         """Return the outcome of a picture that needs no work: its SVG is there as it would be made."""
         row = self._summary.get(picture.output)
-        if row is None or (row.picture, row.recipe) != (digest, self._fingerprint):
+        if row is None or row.picture != digest or row.recipe not in (self._fingerprint, self._stopped_fingerprint):
             return None
         try:
             svg = (self._folder / picture.output).read_bytes()
@@ -155,7 +158,8 @@ class Batch:
             working_width=working_width,
             working_height=working_height,
             picture=digest,
-            recipe=self._fingerprint,
+            message=answer.stopped or "",
+            recipe=self._fingerprint if answer.stopped is None else self._stopped_fingerprint,
             svg=_digest(answer.svg.encode()),
         )
 
@@ -170,6 +174,7 @@ def vectorize_files(
     threads: int = 1,
     scheduler: str | None = None,
     skip_done: bool = True,
+    time_limit: float | None = None,
     on_outcome: Callable[[Outcome], None] | None = None,
 ) -> list[Outcome]:
     """Vectorize pictures into a folder of SVGs, several at a time.
@@ -200,6 +205,8 @@ def vectorize_files(
     skip_done : bool
         Leave a picture out whose SVG is there as a batch has written it, from the same bytes, with the same recipe and
         the same version of livecl.
+    time_limit : float, optional
+        Seconds after which the work on a picture ends with its best drawing so far.
     on_outcome : callable, optional
         Called with the outcome of each picture as it ends.
 
@@ -226,6 +233,7 @@ def vectorize_files(
         threads=threads,
         scheduler=scheduler,
         skip_done=skip_done,
+        time_limit=time_limit,
     )
     return batch.run(on_outcome)
 

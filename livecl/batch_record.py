@@ -47,7 +47,7 @@ class Outcome:
     width, height, working_width, working_height : int or None
         Size of the picture and of what was worked on, px.
     message : str
-        Why it failed.
+        Why it failed, or was stopped.
     picture, recipe, svg : str
         SHA-256 of the picture's bytes and of the SVG's, fingerprint of the recipe.
     """

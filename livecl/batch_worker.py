@@ -12,6 +12,7 @@ import warnings
 from multiprocessing.connection import Connection
 
 from livecl import __version__
+from livecl.control import Control
 from livecl.recipe import Recipe
 
 #: Environment variable by which PoCL is told the number of its threads, read once, when OpenCL is first used.
@@ -30,18 +31,21 @@ class Work:
         How to vectorize.
     device : int, str or None
         OpenCL device of the worker's machine.
+    time_limit : float or None
+        Seconds for each picture.
     version : str
         Version of livecl that asks; a worker's own must be the same.
     """
 
     recipe: Recipe
     device: int | str | None = None
+    time_limit: float | None = None
     version: str = __version__
 
 
 @dataclasses.dataclass(frozen=True)
 class Made:
-    """A picture's SVG and the figures of its run; sizes are (height, width), px; what it was warned of."""
+    """A picture's SVG and the figures of its run; sizes are (height, width), px; warnings, and why it was stopped."""
 
     svg: str
     paths: int
@@ -50,6 +54,7 @@ class Made:
     size: tuple[int, int]
     working_size: tuple[int, int]
     warnings: tuple[str, ...]
+    stopped: str | None = None
 
 
 def make(data: bytes, name: str, work: Work) -> Made | str:
@@ -73,13 +78,16 @@ def make(data: bytes, name: str, work: Work) -> Made | str:
 
     if work.version != __version__:
         return f"the worker has livecl {__version__}, wanted {work.version}, as where the batch was started"
+    control = Control(time_limit=work.time_limit)
     stream = io.BytesIO(data)
     stream.name = name
     try:
         with _one_at_a_time, warnings.catch_warnings(record=True) as caught:
-            result = work.recipe.vectorize(read_image(stream), work.device)
+            result = work.recipe.vectorize(read_image(stream), work.device, None, control)
     except Exception as error:
         return " ".join((str(error) or type(error).__name__).split())
+    if result.stopped is not None and not result.drawing.num_layers:
+        return f"{result.stopped}; there was no path yet"
     return Made(
         svg=work.recipe.svg(result.drawing),
         paths=result.drawing.num_layers,
@@ -88,6 +96,7 @@ def make(data: bytes, name: str, work: Work) -> Made | str:
         size=result.drawing.size,
         working_size=result.working_size or result.drawing.size,
         warnings=tuple(str(warning.message) for warning in caught),
+        stopped=result.stopped,
     )
 
 

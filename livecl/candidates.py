@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -92,15 +92,21 @@ def initial_outline(place: Place, size: tuple[int, int], options: Options, rng: 
 
 
 def region_candidates(
-    painting: Painting, count: int, options: Options, rng: np.random.Generator, rasterizer: Rasterizer
+    painting: Painting,
+    count: int,
+    options: Options,
+    rng: np.random.Generator,
+    rasterizer: Rasterizer,
+    check: Callable[[], None] = lambda: None,
 ) -> list[Candidate]:
     """Return the paths that remove most error, one after the other, each put into the painting where it does best.
 
     They are fewer than `count` where none is left that would come to be worth keeping (`Options.prune`); the first
-    layer of a picture is never left out.
+    layer of a picture is never left out. `check` is called before each region that is tried; what it raises ends the
+    search.
     """
     finder = RegionFinder(painting.target.astype(np.float64), painting.image.astype(np.float64))
-    judge = _Judge(painting, options, rng, rasterizer)
+    judge = _Judge(painting, options, rng, rasterizer, check)
     found = []
     least = WORTH_TRAINING * options.prune * 3 * painting.target[..., 0].size
     for _ in range(count):
@@ -115,8 +121,16 @@ def region_candidates(
 class _Judge:
     """Tries regions as layers of a painting."""
 
-    def __init__(self, painting: Painting, options: Options, rng: np.random.Generator, rasterizer: Rasterizer) -> None:
+    def __init__(
+        self,
+        painting: Painting,
+        options: Options,
+        rng: np.random.Generator,
+        rasterizer: Rasterizer,
+        check: Callable[[], None],
+    ) -> None:
         self._painting = painting
+        self._check = check
         self._options = options
         self._rng = rng
         self._rasterizer = rasterizer
@@ -132,6 +146,7 @@ class _Judge:
             most = least if best is None else best.trial.gain
             if ROUGHNESS * gain <= most or (best is not None and number >= CLOSE_CANDIDATES):
                 break
+            self._check()
             candidate = self._outlined(mask, rgba)
             if candidate.trial.gain > most:
                 best = candidate
@@ -147,6 +162,7 @@ class _Judge:
     def _regions(self, finder: RegionFinder, error: FloatArray) -> Iterator[Region]:
         """Yield the regions to look at: those that hold most error, and are not clear."""
         for region in finder.best(error, CANDIDATES):
+            self._check()
             if len(region.color) == 3 or region.color[3] >= CLEAR:
                 yield region
 

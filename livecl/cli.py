@@ -2,7 +2,7 @@
 """The command line: exit codes around arguments, checks and work.
 
 Everything that can be wrong with a request is found before the work starts: one line on standard error, exit code 2,
-and no file touched. Exit code 1 is a failure while working, 130 an interruption.
+and no file touched. Exit code 1 is a failure while working, 130 and 143 are interruptions.
 """
 
 from __future__ import annotations
@@ -12,16 +12,18 @@ import os
 from collections.abc import Sequence
 
 from livecl.cli_arguments import build_parser, parse_arguments
-from livecl.cli_messages import complain, messages
+from livecl.cli_batch import run_batch
+from livecl.cli_job import FAILED, run_job
+from livecl.cli_messages import complain, messages, write_standard
 from livecl.cli_request import BatchJob, Job, checked, recipe_of, settings_of
-from livecl.cli_work import run_batch, run_job
 from livecl.config import format_config
-from livecl.errors import LiveclError
+from livecl.errors import CheckpointError, LiveclError
+from livecl.interrupts import Interrupted, Interrupts
 
 __all__ = ["build_parser", "main"]
 
-#: Exit codes, beside 0.
-FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+#: Exit code of arguments or input that cannot be worked with.
+BAD_INPUT = 2
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -35,40 +37,54 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted.
+        Exit code: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted, 143 terminated.
     """
     try:
         arguments = parse_arguments(argv)
     except ValueError as error:
         complain(str(error))
         return BAD_INPUT
-    with messages(quiet=arguments.quiet, verbose=arguments.verbose):
-        return _run(arguments)
+    except SystemExit:  # --help and --version have been printed
+        if code := _tell(""):
+            return code
+        raise
+    with messages(quiet=arguments.quiet, verbose=arguments.verbose), Interrupts() as interrupts:
+        return _run(arguments, interrupts)
 
 
-def _run(arguments: argparse.Namespace) -> int:
+def _run(arguments: argparse.Namespace, interrupts: Interrupts) -> int:
     if arguments.threads is not None:  # PoCL reads it once, when OpenCL is first used
         os.environ["POCL_MAX_PTHREAD_COUNT"] = str(arguments.threads)
     try:
         if text := _information(arguments):
-            print(text, end="")  # noqa: T201
-            return 0
+            return _tell(text)
         job = checked(arguments)
     except (ValueError, LiveclError, OSError, MemoryError) as error:
         complain(str(error) or type(error).__name__)
         return BAD_INPUT
-    except KeyboardInterrupt:
-        complain("interrupted")
-        return INTERRUPTED
+    except Interrupted as interrupted:
+        complain(str(interrupted))
+        return interrupted.exit_code
     try:
-        return _work(job)
-    except KeyboardInterrupt:
-        kept = "nothing was written" if isinstance(job, Job) else f"what was finished is in {job.folder}"
-        complain(f"interrupted; {kept}")
-        return INTERRUPTED
+        return _work(job, interrupts)
+    except Interrupted as interrupted:
+        complain(f"{interrupted}; {job.kept}")
+        return interrupted.exit_code
+    except CheckpointError as error:
+        complain(str(error))
+        return BAD_INPUT
     except (LiveclError, OSError, MemoryError, ArithmeticError) as error:
         complain(str(error) or type(error).__name__)
         return FAILED
+
+
+def _tell(text: str) -> int:
+    try:
+        write_standard(text.encode())
+    except OSError as error:
+        complain(f"standard output: cannot be written ({error.strerror or error})")
+        return FAILED
+    return 0
 
 
 def _information(arguments: argparse.Namespace) -> str:
@@ -85,8 +101,7 @@ def _information(arguments: argparse.Namespace) -> str:
     return ""
 
 
-def _work(job: Job | BatchJob) -> int:
+def _work(job: Job | BatchJob, interrupts: Interrupts) -> int:
     if isinstance(job, Job):
-        run_job(job)
-        return 0
+        return run_job(job, interrupts)
     return 0 if run_batch(job) else FAILED

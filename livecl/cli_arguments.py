@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
@@ -28,7 +29,7 @@ examples:
   livecl --preset draft --show-options > mine.toml; livecl in.png -o out.svg --config mine.toml
 
 environment: LIVECL_DEVICE chooses the OpenCL device as --device does.
-exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted.
+exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted (Ctrl-C), 143 terminated.
 An existing output file is replaced only when the new one is complete.
 """
 
@@ -96,6 +97,7 @@ def build_parser() -> Parser:
     _add_drawing(_setting(parser, drawing))
     add_method(_setting(parser, method))
     _add_running(_setting(parser, running))
+    _add_checkpoint(running.add_argument)
     running.add_argument("--config", metavar="FILE.toml", help="options from a file; the command line's come first")
     running.add_argument("-q", "--quiet", action="store_true", help="show no progress, no warnings and no summary")
     running.add_argument("-v", "--verbose", action="store_true", help="also tell of each stage")
@@ -201,7 +203,30 @@ def _add_running(add: Adder) -> None:
         metavar="ADDRESS",
         help="have the workers of a Dask cluster do several pictures; local: a cluster on this machine",
     )
+    add(
+        "--time-limit",
+        type=_seconds,
+        metavar="SECONDS",
+        help="end with the best drawing so far when a picture has taken so long",
+    )
     add("--redo", action=argparse.BooleanOptionalAction, default=False, help="make SVGs again that are done already")
+
+
+def _add_checkpoint(add: Adder) -> None:
+    add(
+        "--checkpoint",
+        metavar="FILE",
+        help="where a run of more than some seconds is saved now and then, to go on from if it is stopped (default: "
+        "OUT.svg.checkpoint; deleted when all is written)",
+    )
+    add("--no-checkpoint", dest="checkpoint", action="store_false", help="save no checkpoints")
+    add(
+        "--checkpoint-period",
+        type=_seconds,
+        metavar="SECONDS",
+        help="least time between two checkpoints (default: 5, and a hundred times what writing one takes)",
+    )
+    add("--resume", action="store_true", help="go on from the checkpoint of the same command, if there is one")
 
 
 def whole(least: int) -> Callable[[str], int]:
@@ -217,6 +242,16 @@ def whole(least: int) -> Callable[[str], int]:
         return value
 
     return convert
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"got {text!r}, wanted a number of seconds")
+    return value
 
 
 def _paths(text: str) -> int | str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import os
 import sys
 import warnings
 from collections.abc import Iterator
@@ -21,6 +22,24 @@ def say(message: str) -> None:
 def complain(message: str) -> None:
     """Write the line that says why the work could not be done."""
     say(f"livecl: error: {' '.join(message.split())}")
+
+
+def write_standard(data: bytes) -> None:
+    """Write to standard output.
+
+    Raises
+    ------
+    OSError
+        If that cannot be done; what is left is then thrown away, so that Python does not try again when it ends.
+    """
+    try:
+        sys.stdout.flush()
+        sys.stdout.buffer.write(data)
+        sys.stdout.buffer.flush()
+    except OSError:
+        with contextlib.suppress(OSError):  # where standard output is not the process's own
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise
 
 
 class _Handler(logging.Handler):

@@ -6,8 +6,8 @@ from __future__ import annotations
 import dataclasses
 import importlib.util
 import json
+import math
 import os
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import __version__
+from livecl.cli_messages import write_standard
 from livecl.files import check_file, check_folder, write_atomically
 from livecl.progress import FilmProgress
 from livecl.recipe import Recipe
@@ -133,14 +134,19 @@ def facts(finished: Finished) -> dict[str, Any]:
         "version": __version__,
         "options": {**dataclasses.asdict(result.options), "schedule": list(recipe.stages), "seed": recipe.seed},
         "paths": result.drawing.num_layers,
-        "mse": result.mse,
+        "mse": _known(result.mse),
+        "stopped": result.stopped,
         "seconds": result.seconds,
         "compile_seconds": result.compile_seconds,
         "stages": [
-            {"paths": stage.paths, "mse": stage.mse, "iterations": stage.iterations, "seconds": stage.seconds}
+            {"paths": stage.paths, "mse": _known(stage.mse), "iterations": stage.iterations, "seconds": stage.seconds}
             for stage in result.stages
         ],
     }
+
+
+def _known(error: float) -> float | None:
+    return None if math.isnan(error) else error
 
 
 def write_html(file: Path, finished: Finished) -> None:
@@ -218,15 +224,22 @@ def write_svg(file: str, finished: Finished) -> None:
     """Write the SVG to a file, or to standard output."""
     text = finished.recipe.svg(finished.result.drawing)
     if file == STANDARD:
-        sys.stdout.buffer.write(text.encode())
-        sys.stdout.buffer.flush()
+        write_standard(text.encode())
     else:
         write_atomically(file, text)
 
 
-def check_outputs(source: str, output: str, chosen: Sequence[tuple[Output, Path]], num_stages: int) -> None:
+def check_outputs(
+    source: str,
+    output: str,
+    chosen: Sequence[tuple[Output, Path]],
+    num_stages: int,
+    checkpoint: str | os.PathLike[str] | None = None,
+) -> None:
     """Raise ValueError for what could not be written at the end, and for what would overwrite picture or output."""
     files = [] if output == STANDARD else [Path(output)]
+    if checkpoint is not None:
+        files.append(Path(checkpoint))
     for kind, path in chosen:
         kind.check(path)
         if kind.parts is None:

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from livecl.batch import Batch
 from livecl.batch_files import is_pattern
+from livecl.cli_control import control_of, going_on
 from livecl.cli_options import given_options
 from livecl.cli_outputs import OUTPUTS, STANDARD, Output, check_outputs
+from livecl.control import Control
 from livecl.drawing import Drawing, empty_drawing
 from livecl.image import read_image
 from livecl.options import PRESET_PATHS
@@ -38,6 +40,17 @@ class Job:
     command: tuple[str, ...]
     device: str | None
     quiet: bool
+    control: Control
+
+    @property
+    def output_name(self) -> str:
+        """What messages call the SVG."""
+        return "standard output" if self.output == STANDARD else self.output
+
+    @property
+    def kept(self) -> str:
+        """What there is of a run that was ended at once."""
+        return f"nothing was written{going_on(self.control)}"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -47,6 +60,11 @@ class BatchJob:
     batch: Batch
     folder: str
     quiet: bool
+
+    @property
+    def kept(self) -> str:
+        """What there is of a batch that was ended."""
+        return f"what was finished is in {self.folder}"
 
 
 def checked(arguments: argparse.Namespace) -> Job | BatchJob:
@@ -73,7 +91,8 @@ def checked(arguments: argparse.Namespace) -> Job | BatchJob:
     image = _checked_image(source)
     chosen = [(kind, Path(path)) for kind in OUTPUTS if (path := getattr(arguments, kind.name)) is not None]
     recipe.start_on((image.shape[0], image.shape[1]))
-    check_outputs(source, arguments.output, chosen, len(recipe.stages))
+    control = control_of(arguments)
+    check_outputs(source, arguments.output, chosen, len(recipe.stages), control.checkpoint)
     choose_device(arguments.device)
     return Job(
         name="standard input" if source == STANDARD else source,
@@ -85,6 +104,7 @@ def checked(arguments: argparse.Namespace) -> Job | BatchJob:
         command=arguments.command,
         device=arguments.device,
         quiet=arguments.quiet,
+        control=control,
     )
 
 
@@ -127,7 +147,7 @@ def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]
         "layers": recipe.layers,
         "seed": recipe.seed,
         **dataclasses.asdict(recipe.options),
-        **{name: getattr(arguments, name) for name in ("device", "threads", "workers", "scheduler")},
+        **{name: getattr(arguments, name) for name in ("device", "threads", "workers", "scheduler", "time_limit")},
     }
 
 
@@ -139,6 +159,10 @@ def _checked_batch(arguments: argparse.Namespace, recipe: Recipe) -> BatchJob:
     for kind in OUTPUTS:
         if getattr(arguments, kind.name) is not None:
             raise ValueError(f"--{kind.name}: goes with one picture, and there are several, or a folder")
+    for name in ("checkpoint", "checkpoint_period", "resume"):
+        if getattr(arguments, name):
+            option = name.replace("_", "-")
+            raise ValueError(f"--{option}: goes with one picture; a folder of SVGs goes on by itself where it was left")
     batch = Batch(
         arguments.inputs,
         arguments.output,
@@ -148,6 +172,7 @@ def _checked_batch(arguments: argparse.Namespace, recipe: Recipe) -> BatchJob:
         threads=arguments.threads or 1,
         scheduler=arguments.scheduler,
         skip_done=not arguments.redo,
+        time_limit=arguments.time_limit,
     )
     return BatchJob(batch=batch, folder=arguments.output, quiet=arguments.quiet)
 

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
 import re
+from collections.abc import Iterator
 from typing import Any
 
 import pyopencl as cl
@@ -138,3 +140,12 @@ def open_device(spec: int | str | None = None) -> OpenDevice:
             raise DeviceError(f"cannot open {_describe(index, device)}: {error}") from error
         _opened[index] = OpenDevice(_describe(index, device), device, context, queue, os.getpid())
     return _opened[index]
+
+
+@contextlib.contextmanager
+def failures_of(info: DeviceInfo | str) -> Iterator[None]:
+    """Raise what OpenCL raises within as a DeviceError: the device failed, or was lost, while it worked."""
+    try:
+        yield
+    except cl.Error as error:
+        raise DeviceError(f"{info} failed while it worked: {error}") from error

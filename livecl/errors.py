@@ -4,6 +4,13 @@
 Wrong arguments raise :class:`ValueError` or :class:`TypeError`; the classes here are for files, devices and compilers.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from livecl.result import Result
+
 
 class LiveclError(Exception):
     """Base class of the errors that livecl raises."""
@@ -11,6 +18,10 @@ class LiveclError(Exception):
 
 class DeviceError(LiveclError):
     """No OpenCL device fits the request, or the device failed; the message lists what was found."""
+
+
+class CheckpointError(LiveclError):
+    """A checkpoint cannot be read, or belongs to another run; nothing has been touched."""
 
 
 class KernelBuildError(LiveclError):
@@ -23,3 +34,17 @@ class SvgError(LiveclError):
 
 class ImageError(LiveclError):
     """A picture cannot be read or is of a kind that cannot be vectorized."""
+
+
+class RunError(LiveclError):
+    """A run failed when it was under way; `__cause__` is the error itself.
+
+    Attributes
+    ----------
+    result : Result or None
+        What was good before; None where nothing was.
+    """
+
+    def __init__(self, message: str, result: Result | None) -> None:
+        super().__init__(message)
+        self.result = result

@@ -4,10 +4,14 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import secrets
 import tempfile
 from pathlib import Path
+
+#: Bytes that must fit into a folder before the work: a drawing of hundreds of paths.
+LEAST_ROOM = 1 << 16
 
 
 def write_atomically(path: str | os.PathLike[str], data: str | bytes) -> None:
@@ -35,7 +39,7 @@ def write_atomically(path: str | os.PathLike[str], data: str | bytes) -> None:
         with target.open("wb") as stream:
             stream.write(content)
         return
-    temporary = target.with_name(f".livecl-{secrets.token_hex(8)}.tmp")
+    temporary = target.with_name(f"{_temporary_prefix(target)}{secrets.token_hex(8)}.tmp")
     try:
         with temporary.open("xb") as stream:
             stream.write(content)
@@ -49,6 +53,21 @@ def write_atomically(path: str | os.PathLike[str], data: str | bytes) -> None:
         raise
 
 
+def remove_leftovers(path: str | os.PathLike[str]) -> None:
+    """Delete what writings of a file have left beside it that were killed: hidden files that nothing reads.
+
+    Only for a file that no one else is writing now.
+    """
+    target = Path(path).resolve()
+    for leftover in target.parent.glob(f"{_temporary_prefix(target)}*.tmp"):
+        leftover.unlink(missing_ok=True)
+
+
+def _temporary_prefix(target: Path) -> str:
+    """Return how the names of a file's temporary ones begin: a digest, as the name itself may be as long as it can."""
+    return f".livecl-{hashlib.sha256(os.fsencode(target.name)).hexdigest()[:16]}-"
+
+
 def check_file(file: Path) -> None:
     """Raise ValueError, before the work, if a file could not be written after it."""
     if file.is_dir():
@@ -60,14 +79,14 @@ def check_file(file: Path) -> None:
 def check_folder(folder: Path, wanted: Path) -> None:
     """Raise ValueError, which names what is wanted, if no file can be made in a folder.
 
-    Access rights alone do not tell (the superuser, disks that cannot be written), so one is made.
+    Access rights alone do not tell (the superuser, disks that cannot be written, or are full), so one is made.
     """
     if not folder.exists():
         raise ValueError(f"{wanted}: the folder {folder} does not exist")
     if not folder.is_dir():
         raise ValueError(f"{wanted}: {folder} is not a folder")
     try:
-        with tempfile.TemporaryFile(dir=folder):
-            pass
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(LEAST_ROOM))
     except OSError as error:
         raise ValueError(f"{wanted}: cannot write into {folder}: {error.strerror or error}") from error

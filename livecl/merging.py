@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -38,12 +39,15 @@ def merge_neighbors(
     options: Options,
     free: NDArray[np.bool_],
     tolerance: float,
+    check: Callable[[], None] = lambda: None,
 ) -> Merged:
     """Merge `free` layers, (N,), as long as the mean squared error rises by at most `tolerance` for each.
 
     Two layers that touch, of colours that are the same by :func:`livecl.metrics.mergeable_pairs`, become one where most
     of what is visible of them lies in the same flat region of the picture. The new outline is that of the two together,
     fitted anew, or simply both outlines, whichever does better for its number of segments, at the depth of either.
+
+    `check` is called before each try; what it raises ends the merging.
     """
     sources = np.arange(drawing.num_layers)
     regions, error = flat_regions(target), mse_seen(rasterizer.forward(drawing), target)
@@ -59,6 +63,7 @@ def merge_neighbors(
             held = any(source >= 0 and not free[source] for source in old)
             if held or (-1 not in old and old in refused) or trials == MOST_TRIALS:
                 continue
+            check()
             trials += 1
             mask = np.maximum(alphas[lower], alphas[upper]) > VISIBLE_SHARE
             best, order, best_error = _best(drawing, lower, upper, mask, rasterizer, target, options)

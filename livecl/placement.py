@@ -8,6 +8,7 @@ would remove most error, judged by the coverage of the very path that would be a
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,7 @@ def place_paths(
     options: Options,
     rng: np.random.Generator,
     rasterizer: Rasterizer,
+    check: Callable[[], None] = lambda: None,
 ) -> Placement:
     """Return up to `count` new layers for what a drawing still lacks of the target; fewer regions may be worth one.
 
@@ -65,6 +67,8 @@ def place_paths(
         Source of whatever is random.
     rasterizer : Rasterizer
         One of the drawing's size.
+    check : callable
+        Called now and then; what it raises ends the placement.
 
     Returns
     -------
@@ -77,7 +81,7 @@ def place_paths(
         follows = drawing.background is None and options.opacity != "opaque"
         kind = TransparentPainting if follows else Painting
         painting = kind(target, image, ground, layer_alphas(drawing, rasterizer), colors)
-        candidates = region_candidates(painting, count, options, rng, rasterizer)
+        candidates = region_candidates(painting, count, options, rng, rasterizer, check)
         rgba = np.array([candidate.rgba for candidate in candidates]).reshape(-1, 4)
         if options.new_color == "random":
             rgba = rng.uniform(size=rgba.shape)

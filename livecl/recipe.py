@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import hashlib
 import itertools
 import json
@@ -14,12 +15,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from livecl import __version__
+from livecl.errors import RunError
 from livecl.options import Options
 from livecl.scaling import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.schedule import parse_schedule
 from livecl.svg_writer import MAX_PRECISION, LayerStyle, format_svg, quantize
 
 if TYPE_CHECKING:
+    from livecl.control import Control
     from livecl.drawing import Drawing
     from livecl.result import Result, Stage
     from livecl.vectorizer import Step
@@ -138,6 +141,7 @@ class Recipe:
         image: ArrayLike,
         device: int | str | None = None,
         on_step: Callable[[Step], bool | None] | None = None,
+        control: Control | None = None,
     ) -> Result:
         """Vectorize a picture; arguments and errors as for :func:`livecl.vectorize`.
 
@@ -157,7 +161,8 @@ class Recipe:
         size = (pixels.shape[0], pixels.shape[1])
         smaller = working_size(size, self.size)
         target, start = reduced(pixels, smaller), self.start_on(size)
-        result = vectorize(
+        run = functools.partial(
+            vectorize,
             target,
             paths=self.paths,
             schedule=self.schedule,
@@ -167,20 +172,29 @@ class Recipe:
             on_step=on_step,
             start=None if start is None else scaled(start, smaller),
             lock=self.lock,
+            control=control,
         )
 
-        def finished(stage: Stage) -> Stage:
+        def finished(stage: Stage, measured: bool) -> Stage:
             drawing = quantize(_enlarged(stage.drawing, size, start, self.lock), self.precision)
-            if self.precision >= VECTORIZED_PRECISION:
+            if self.precision >= VECTORIZED_PRECISION or not measured:
                 return dataclasses.replace(stage, drawing=drawing)
             ground = WHITE if self.options.background == TRAIN else drawing.background
             error = mse(render(scaled(drawing, smaller), device), target_over(target, ground))
             return dataclasses.replace(stage, drawing=drawing, mse=error)
 
-        stages = tuple(map(finished, result.stages))
-        return dataclasses.replace(
-            result, drawing=stages[-1].drawing, mse=stages[-1].mse, stages=stages, working_size=smaller
-        )
+        def enlarged(result: Result, measured: bool = True) -> Result:
+            stages = tuple(finished(stage, measured) for stage in result.stages)
+            return dataclasses.replace(
+                result, drawing=stages[-1].drawing, mse=stages[-1].mse, stages=stages, working_size=smaller
+            )
+
+        try:
+            return enlarged(run())
+        except RunError as error:
+            if error.result is not None:
+                error.result = enlarged(error.result, measured=False)  # the device may have failed
+            raise
 
     def svg(self, drawing: Drawing) -> str:
         """Return a drawing as SVG text, as the recipe says."""

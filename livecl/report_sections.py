@@ -63,6 +63,7 @@ def run_section(result: Result, command: str | Sequence[str] | None, size: tuple
     facts = {
         "Device": result.device,
         "Time": f"{result.seconds:.2f} s, and {result.compile_seconds:.2f} s to make the kernels ready",
+        **({} if result.stopped is None else {"Stopped before its end": result.stopped}),
         "Worked on": _pixels(result.working_size or result.drawing.size),
         "Layers are measured on": _pixels(size),
         "Versions": f"livecl {__version__}, Python {platform.python_version()}, "

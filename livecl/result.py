@@ -13,7 +13,10 @@ from livecl.svg import LayerStyle, format_svg, save_svg
 
 @dataclasses.dataclass(frozen=True)
 class Stage:
-    """Outcome of a stage: the drawing as it would be saved, its mean squared error, steps, seconds with placement."""
+    """Outcome of a stage: the drawing as it would be saved, its mean squared error, steps, seconds with placement.
+
+    The error is NaN where it is not known, of a drawing that was saved from a device that failed.
+    """
 
     drawing: Drawing
     mse: float
@@ -47,6 +50,9 @@ class Result:
     working_size : (int, int) or None
         Height and width, px, of the pixels that were worked on and that all errors are measured on; None where they are
         the drawing's own.
+    stopped : str or None
+        Why the run ended before its end, in a few words: "time limit", "callback", what `Control.stop` returned, or the
+        message of the error that it failed with; None where it did not. The drawing is then the best that there was.
     """
 
     drawing: Drawing
@@ -57,6 +63,7 @@ class Result:
     device: str
     options: Options
     working_size: tuple[int, int] | None = None
+    stopped: str | None = None
 
     @property
     def svg(self) -> str:

@@ -3,23 +3,30 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
-import io
-import json
 import os
-import zipfile
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.archive import (
+    UNREADABLE,
+    Arrays,
+    adam_arrays,
+    adam_from,
+    drawing_arrays,
+    drawing_from,
+    read_archive,
+    write_archive,
+)
 from livecl.drawing import Drawing, concatenate
 from livecl.errors import LiveclError
-from livecl.files import write_atomically
 from livecl.optimizers import Adam
 from livecl.options import Options
 
-_FORMAT = 2
+_FORMAT = 3
 
 #: What a run may do with a layer: all it likes; move and colour it; nothing.
 FREE, KEPT, LOCKED = 0, 1, 2
@@ -48,7 +55,7 @@ class State:
     schedule : tuple of int
         Paths that each stage adds.
     stage, iteration : int
-        The stage that is under way (its paths are placed once `iteration` counts), and its steps so far.
+        The stage that is under way, and its steps so far.
     points, colors, background : Adam
         Moments of the control points, by segment, of the colours, by layer, and of the background.
     pieces : (M,) int
@@ -63,6 +70,8 @@ class State:
         Distance weight that earlier stages left (the released program's loss).
     error : float
         Mean squared error after the last stage.
+    placed : bool
+        Whether the paths of the stage are placed: it has begun.
     failures : int
         Revisions in a row that did not lower the error.
     fallback : Fallback or None
@@ -83,6 +92,7 @@ class State:
     start_drawing: Drawing | None = None
     kept_weight: NDArray[Any] | None = None
     error: float = float("inf")
+    placed: bool = False
     failures: int = 0
     fallback: Fallback | None = None
 
@@ -170,36 +180,19 @@ class State:
         self.drawing, self.points, self.colors = fallback.drawing, fallback.points, fallback.colors
         self.holds = fallback.holds
 
+    def copy(self) -> State:
+        """Return a state that does not change with this one; drawings and other arrays are never changed in place."""
+        return dataclasses.replace(
+            self,
+            points=self.points.subset(slice(None)),
+            colors=self.colors.subset(slice(None)),
+            background=self.background.subset(slice(None)),
+            rng=copy.deepcopy(self.rng),
+        )
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the state to a file, replacing an existing one atomically."""
-        drawing = self.drawing
-        arrays: dict[str, Any] = {"pieces": self.pieces, "holds": self.holds, **_drawing_arrays("", drawing)}
-        if self.kept_weight is not None:
-            arrays["kept_weight"] = self.kept_weight
-        if self.start_drawing is not None:
-            arrays.update(_drawing_arrays("start.", self.start_drawing))
-        moments = {"points": self.points, "colors": self.colors, "background": self.background}
-        if self.fallback is not None:
-            arrays.update(
-                _drawing_arrays("fallback.", self.fallback.drawing), **{"fallback.holds": self.fallback.holds}
-            )
-            moments |= {"fallback.points": self.fallback.points, "fallback.colors": self.fallback.colors}
-        for name, adam in moments.items():
-            arrays.update({f"adam.{name}.{field}": value for field, value in vars(adam).items()})
-        facts = {
-            "format": _FORMAT,
-            "size": drawing.size,
-            "options": dataclasses.asdict(self.options),
-            "schedule": self.schedule,
-            "stage": self.stage,
-            "iteration": self.iteration,
-            "error": self.error,
-            "failures": self.failures,
-            "rng": self.rng.bit_generator.state,
-        }
-        buffer = io.BytesIO()
-        np.savez(buffer, facts=np.array(json.dumps(facts)), **arrays)
-        write_atomically(path, buffer.getvalue())
+        write_archive(path, *self.parts())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> State:
@@ -211,64 +204,68 @@ class State:
             If the file is not one.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
-                arrays = dict(file)
-            facts = json.loads(str(arrays["facts"]))
-            if facts["format"] != _FORMAT:
-                raise ValueError(f"format {facts['format']}, wanted {_FORMAT}")
-            rng = np.random.default_rng()
-            rng.bit_generator.state = facts["rng"]
-            fallback = None
-            if "fallback.points" in arrays:
-                fallback = Fallback(
-                    _drawing("fallback.", arrays, facts["size"]),
-                    _adam("fallback.points", arrays),
-                    _adam("fallback.colors", arrays),
-                    arrays["fallback.holds"],
-                )
-            return cls(
-                drawing=_drawing("", arrays, facts["size"]),
-                options=Options(**facts["options"]),
-                schedule=tuple(facts["schedule"]),
-                stage=facts["stage"],
-                iteration=facts["iteration"],
-                points=_adam("points", arrays),
-                colors=_adam("colors", arrays),
-                background=_adam("background", arrays),
-                pieces=arrays["pieces"],
-                rng=rng,
-                holds=arrays["holds"],
-                start_drawing=_drawing("start.", arrays, facts["size"]) if "start.points" in arrays else None,
-                kept_weight=arrays.get("kept_weight"),
-                error=facts["error"],
-                failures=facts["failures"],
-                fallback=fallback,
-            )
-        except (
-            OSError,
-            LookupError,
-            TypeError,
-            ValueError,
-            AttributeError,
-            EOFError,
-            RuntimeError,
-            zipfile.BadZipFile,
-        ) as error:
+            return cls.of_parts(*read_archive(path))
+        except UNREADABLE as error:
             raise LiveclError(f"{os.fspath(path)!r} is not a saved state of livecl: {error}") from error
 
+    def parts(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return all that makes the state as facts, which JSON can hold, and arrays by name."""
+        arrays: dict[str, Any] = {"pieces": self.pieces, "holds": self.holds, **drawing_arrays("", self.drawing)}
+        for name in ("points", "colors", "background"):
+            arrays |= adam_arrays(name, getattr(self, name))
+        if self.kept_weight is not None:
+            arrays["kept_weight"] = self.kept_weight
+        if self.start_drawing is not None:
+            arrays |= drawing_arrays("start.", self.start_drawing)
+        if self.fallback is not None:
+            arrays |= drawing_arrays("fallback.", self.fallback.drawing) | {"fallback.holds": self.fallback.holds}
+            arrays |= adam_arrays("fallback.points", self.fallback.points)
+            arrays |= adam_arrays("fallback.colors", self.fallback.colors)
+        facts = {
+            "format": _FORMAT,
+            "size": self.drawing.size,
+            "options": dataclasses.asdict(self.options),
+            "schedule": self.schedule,
+            "stage": self.stage,
+            "iteration": self.iteration,
+            "error": self.error,
+            "placed": self.placed,
+            "failures": self.failures,
+            "rng": self.rng.bit_generator.state,
+        }
+        return facts, arrays
 
-_DRAWING_ARRAYS = ("points", "colors", "subpath_offsets", "layer_offsets", "stages", "names")
-
-
-def _drawing_arrays(prefix: str, drawing: Drawing) -> dict[str, Any]:
-    arrays = {prefix + name: getattr(drawing, name) for name in _DRAWING_ARRAYS}
-    return arrays if drawing.background is None else {**arrays, f"{prefix}background": drawing.background}
-
-
-def _drawing(prefix: str, arrays: dict[str, Any], size: tuple[int, int]) -> Drawing:
-    background = arrays.get(f"{prefix}background")
-    return Drawing(size=size, background=background, **{name: arrays[prefix + name] for name in _DRAWING_ARRAYS})
-
-
-def _adam(name: str, arrays: dict[str, Any]) -> Adam:
-    return Adam(**{field: arrays[f"adam.{name}.{field}"] for field in ("mean", "square", "ages")})
+    @classmethod
+    def of_parts(cls, facts: dict[str, Any], arrays: Arrays) -> State:
+        """Return the state that :meth:`parts` took apart; raises one of `UNREADABLE` where they make none."""
+        if facts["format"] != _FORMAT:
+            raise ValueError(f"format {facts['format']}, wanted {_FORMAT}")
+        rng = np.random.default_rng()
+        rng.bit_generator.state = facts["rng"]
+        fallback = None
+        if "fallback.points" in arrays:
+            fallback = Fallback(
+                drawing_from("fallback.", arrays, facts["size"]),
+                adam_from("fallback.points", arrays),
+                adam_from("fallback.colors", arrays),
+                arrays["fallback.holds"],
+            )
+        return cls(
+            drawing=drawing_from("", arrays, facts["size"]),
+            options=Options(**facts["options"]),
+            schedule=tuple(facts["schedule"]),
+            stage=facts["stage"],
+            iteration=facts["iteration"],
+            points=adam_from("points", arrays),
+            colors=adam_from("colors", arrays),
+            background=adam_from("background", arrays),
+            pieces=arrays["pieces"],
+            rng=rng,
+            holds=arrays["holds"],
+            start_drawing=drawing_from("start.", arrays, facts["size"]) if "start.points" in arrays else None,
+            kept_weight=arrays.get("kept_weight"),
+            error=facts["error"],
+            placed=facts["placed"],
+            failures=facts["failures"],
+            fallback=fallback,
+        )

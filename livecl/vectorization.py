@@ -5,19 +5,25 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from livecl.background import background_for
+from livecl.checkpoint import Checkpoints, Record, identity_of, load_checkpoint
+from livecl.control import Control, Watch
+from livecl.device import failures_of
 from livecl.drawing import Drawing, empty_drawing
+from livecl.errors import LiveclError, RunError
 from livecl.image import as_image
+from livecl.loop import Loop
 from livecl.options import Options
-from livecl.result import Result
+from livecl.result import Result, Stage
 from livecl.schedule import parse_schedule
 from livecl.state import State
-from livecl.vectorizer import Picture, Step, Vectorizer, run
+from livecl.vectorizer import Picture, Step, Vectorizer
 
 
 def vectorize(
@@ -30,6 +36,7 @@ def vectorize(
     on_step: Callable[[Step], bool | None] | None = None,
     start: Drawing | None = None,
     lock: Sequence[int] = (),
+    control: Control | None = None,
 ) -> Result:
     """Turn a picture into a drawing of few closed paths, layer by layer.
 
@@ -56,6 +63,8 @@ def vectorize(
         result is never worse than it.
     lock : sequence of int
         Layers of `start` that stay as they are.
+    control : Control, optional
+        A time limit, and checkpoints to go on from.
 
     Returns
     -------
@@ -67,8 +76,11 @@ def vectorize(
         If an argument is not usable; the message names it.
     DeviceError, KernelBuildError
         If the device cannot be had.
-    LiveclError
-        If the loss stops being finite.
+    CheckpointError
+        If the run cannot go on from the checkpoint that `control` names.
+    RunError
+        If the run fails when it is under way: the loss stops being finite, the device fails or memory runs out. What
+        was good before is in its `result`.
     """
     options = Options() if options is None else options
     if paths == "auto":
@@ -76,20 +88,40 @@ def vectorize(
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ValueError(f"seed: got {seed!r}, wanted a whole number of at least 0")
     begin = time.perf_counter()
+    control = Control() if control is None else control
+    watch = Watch(control)
     state = _first_state(as_image(image), paths, schedule, options, seed, start, lock)
     vectorizer = Vectorizer(image, state, device)
-    vectorizer.warm_up()
+    info = vectorizer.rasterizer.device.info
+    identity = identity_of(state, vectorizer.target, seed, info)
+    record = Record()
+    if control.resume and control.checkpoint is not None and Path(control.checkpoint).exists():
+        vectorizer.state, record = load_checkpoint(control.checkpoint, identity)
+    if not vectorizer.finished:
+        with failures_of(info):
+            vectorizer.warm_up()
     compiled = time.perf_counter()
-    outcomes = run(vectorizer, on_step)
-    return Result(
-        drawing=outcomes[-1].drawing,
-        mse=outcomes[-1].mse,
-        stages=tuple(outcomes),
-        seconds=sum(outcome.seconds for outcome in outcomes),
-        compile_seconds=compiled - begin,
-        device=str(vectorizer.rasterizer.device.info),
-        options=options,
-    )
+    loop = Loop(vectorizer, on_step, watch, Checkpoints(control.checkpoint, identity, control.period), record)
+
+    def result_of(stages: Sequence[Stage], stopped: str | None) -> Result:
+        return Result(
+            drawing=stages[-1].drawing,
+            mse=stages[-1].mse,
+            stages=tuple(stages),
+            seconds=sum(stage.seconds for stage in stages),
+            compile_seconds=compiled - begin,
+            device=str(info),
+            options=options,
+            stopped=stopped,
+        )
+
+    try:
+        loop.run()
+        return result_of(loop.stages(), loop.stopped)
+    except (LiveclError, MemoryError) as error:
+        message = str(error) or "out of memory"
+        stages = loop.salvaged_stages()
+        raise RunError(message, result_of(stages, message) if stages else None) from error
 
 
 def _first_state(

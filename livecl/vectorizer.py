@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The outer loop: stages that place paths, and iterations that train all of them."""
+"""A run that is under way: how a stage places paths, trains all of them, and is closed."""
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -21,7 +21,6 @@ from livecl.merging import merge_neighbors
 from livecl.objective import Objective
 from livecl.placement import place_paths
 from livecl.rasterizer import Rasterizer
-from livecl.result import Stage
 from livecl.revision import least_useful, needed_layers
 from livecl.state import FREE, State
 from livecl.svg import quantize
@@ -124,8 +123,23 @@ class Vectorizer:
             return False
         return rounds >= options.revisions or state.failures >= MAX_FAILURES or not state.free.any()
 
-    def begin(self) -> bool:
+    @contextlib.contextmanager
+    def all_or_nothing(self) -> Iterator[None]:
+        """Return the state to what it was if what is done within does not come to its end."""
+        before = self.state.copy()
+        try:
+            yield
+        except BaseException:
+            self.state = before
+            raise
+
+    def begin(self, check: Callable[[], None] = lambda: None) -> bool:
         """Place the paths of the stage, or of the revision, that is about to start; a refinement adds none.
+
+        Parameters
+        ----------
+        check : callable
+            Called several times a second; what it raises ends the placement, half done.
 
         Returns
         -------
@@ -138,7 +152,7 @@ class Vectorizer:
         elif state.stage >= len(state.schedule):
             state.fallback = state.fall_back()
             if state.options.merge and state.failures % 2 == 0:
-                self._merge(MERGING_LOSS)
+                self._merge(MERGING_LOSS, check)
             self._take_out()
             count = self._num_missing()
         else:
@@ -146,13 +160,14 @@ class Vectorizer:
                 state.kept_weight = self.objective.released_weight(state, state.stage - 1)
             count = state.schedule[state.stage]
         if count:
-            placement = place_paths(self.target, state.drawing, count, state.options, state.rng, self.rasterizer)
+            placement = place_paths(self.target, state.drawing, count, state.options, state.rng, self.rasterizer, check)
             placed = placement.drawing.num_layers
             if not placed and state.stage < len(state.schedule):
                 state.schedule = state.schedule[: state.stage]
                 return False
             state.add(placement.drawing.replace(stages=np.full(placed, self._stage_of_new())), placement.order)
         state.pieces = self.rasterizer.pieces(state.drawing)
+        state.placed = True
         return True
 
     def _stage_of_new(self) -> int:
@@ -175,7 +190,7 @@ class Vectorizer:
                 state.pieces = self.rasterizer.pieces(state.drawing)
                 state.failures += revision
             state.fallback = None
-        state.stage, state.iteration = state.stage + 1, 0
+        state.stage, state.iteration, state.placed = state.stage + 1, 0, False
         if options.target_mse > 0 or options.path_gain > 0:
             self._end_early()
 
@@ -189,8 +204,10 @@ class Vectorizer:
         elif growing and before - state.error < options.path_gain * state.schedule[state.stage - 1]:
             state.schedule = state.schedule[: state.stage]  # so that revisions do not place what is left out
 
-    def outcome(self) -> Drawing:
+    def outcome(self, check: Callable[[], None] = lambda: None) -> Drawing:
         """Return the drawing as it would be saved now: rounded, without layers that come to nothing.
+
+        Where all is done, neighbours are merged, and `check` called before each try; what it raises ends that.
 
         In the middle of a revision that has not paid yet it is the drawing before; of a run that started from a drawing
         it is that one where nothing better was found.
@@ -202,7 +219,7 @@ class Vectorizer:
         least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
         best = quantize(best)
         if self.finished and state.options.merge:
-            merged = merge_neighbors(best, self.rasterizer, self.target, state.options, free, least)
+            merged = merge_neighbors(best, self.rasterizer, self.target, state.options, free, least, check)
             best, free = quantize(merged.drawing), (merged.sources < 0) | free[merged.sources]
         drawing = needed_layers(best, self.rasterizer, self.target, least, free)
         if state.start_drawing is not None:
@@ -216,10 +233,12 @@ class Vectorizer:
         state = self.state
         return sum(state.schedule) - int(np.sum(state.holds == FREE))
 
-    def _merge(self, tolerance: float) -> None:
+    def _merge(self, tolerance: float, check: Callable[[], None]) -> None:
         """Merge neighbours of one colour."""
         state = self.state
-        merged = merge_neighbors(state.drawing, self.rasterizer, self.target, state.options, state.free, tolerance)
+        merged = merge_neighbors(
+            state.drawing, self.rasterizer, self.target, state.options, state.free, tolerance, check
+        )
         if merged.drawing.num_layers < state.drawing.num_layers:
             state.replace_layers(merged.drawing, merged.sources)
 
@@ -252,49 +271,3 @@ class Vectorizer:
         if options.untangle and training.untangles_now(state):
             training.untangle_outlines(state)
         return loss
-
-
-def run(vectorizer: Vectorizer, on_step: Callable[[Step], bool | None] | None = None) -> list[Stage]:
-    """Go on from the vectorizer's state to the end of its schedule and revisions, or until the callback stops it.
-
-    Returns
-    -------
-    list of Stage
-        Outcome of each stage that was worked on; revisions count for the last stage.
-    """
-    state = vectorizer.state
-    outcomes: list[Stage] = []
-    stopped = False
-    while not vectorizer.finished and not stopped:
-        start = time.perf_counter()
-        first = state.iteration
-        if first == 0 and not vectorizer.begin():
-            before = outcomes.pop() if outcomes else None
-            outcomes.append(_outcome(vectorizer, before, 0, time.perf_counter() - start))
-            continue
-        while state.iteration < state.options.iterations and not stopped:
-            loss = vectorizer.step()
-            if on_step is not None:
-                stopped = bool(on_step(_step_of(vectorizer, loss)))
-        steps, revision = state.iteration - first, state.stage >= len(state.schedule)
-        if not stopped:
-            vectorizer.end()
-        seconds = time.perf_counter() - start
-        before = outcomes.pop() if revision and outcomes else None
-        outcomes.append(_outcome(vectorizer, before, steps, seconds))
-    return outcomes
-
-
-def _outcome(vectorizer: Vectorizer, before: Stage | None, steps: int, seconds: float) -> Stage:
-    """Return the stage that ends as the run stands, what it took being added to what it took `before`."""
-    drawing = vectorizer.outcome()
-    if before is not None:
-        steps, seconds = steps + before.iterations, seconds + before.seconds
-    return Stage(drawing, vectorizer.mse(drawing), steps, seconds)
-
-
-def _step_of(vectorizer: Vectorizer, loss: float) -> Step:
-    state = vectorizer.state
-    num_stages = len(state.schedule) + state.options.revisions
-    place = (state.stage, num_stages, state.iteration, state.options.iterations)
-    return Step(*place, state.drawing.num_layers, loss, vectorizer)

@@ -18,6 +18,7 @@ import pytest
 import livecl
 from livecl import cli
 from livecl.image import save_image
+from livecl.interrupts import Interrupted
 
 ROOT = Path(__file__).resolve().parent.parent
 #: Arguments of runs that take a moment.
@@ -87,6 +88,7 @@ def test_json(folder: Path) -> None:
         "options",
         "paths",
         "mse",
+        "stopped",
         "seconds",
         "compile_seconds",
         "stages",
@@ -313,7 +315,8 @@ def test_special_files_are_written_to(folder: Path) -> None:
         (livecl.LiveclError("loss is not finite"), 1),
         (OSError("disk full"), 1),
         (MemoryError(), 1),
-        (KeyboardInterrupt(), 130),
+        (Interrupted(signal.SIGINT), 130),
+        (Interrupted(signal.SIGTERM), 143),
     ],
 )
 def test_failure_while_working(
@@ -389,9 +392,11 @@ class TestTerminal:
         process.send_signal(signal.SIGINT)
         text = self.read_all(process, master, text)
         assert process.returncode == 130
-        assert text.endswith("livecl: error: interrupted; nothing was written\r\n")
+        assert re.search(
+            r"livecl: error: interrupted; out\.svg has the best drawing so far: \d paths, [^\n]+\r\n$", text
+        )
         assert "Traceback" not in text
-        assert not Path("out.svg").exists()
+        assert livecl.read_svg("out.svg").num_layers
 
 
 def test_threads_change_nothing_but_the_cores(folder: Path) -> None:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 import livecl
 from livecl import Drawing, Options, State, vectorize
+from livecl.loop import run
 from livecl.metrics import mse
 from livecl.svg import quantize
-from livecl.vectorizer import Step, Vectorizer, run
+from livecl.vectorizer import Step, Vectorizer
 
 OPTIONS = Options(iterations=30, revisions=0)
 

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 
 from livecl import Drawing, LiveclError, Options, State
 from livecl.drawing import empty_drawing
+from livecl.loop import run
 from livecl.optimizers import Adam
 from livecl.state import Fallback
 from livecl.svg import format_svg
-from livecl.vectorizer import Step, Vectorizer, run
+from livecl.vectorizer import Step, Vectorizer
 
 SCHEDULE = (1, 2)
 
@@ -182,6 +183,7 @@ def _full_state() -> State:
         rng=generator,
         kept_weight=rng.uniform(size=(24, 27)).astype(np.float32),
         error=0.1 + 0.7,
+        placed=True,
         failures=2,
         holds=np.array([2, 0], np.int8),
         start_drawing=drawing([2, 1]),

@@ -12,7 +12,8 @@ from runs import QUICK, SMALL, new_run, three_shapes
 
 import livecl
 from livecl import LiveclError, Options, vectorize
-from livecl.vectorizer import Step, run
+from livecl.loop import run
+from livecl.vectorizer import Step
 
 
 @pytest.mark.parametrize("preset", [Options.paper, Options.released])

@@ -24,8 +24,9 @@ from benchmark.scene_file import load_scene
 from benchmark.startup import process_seconds
 from livecl import Result
 from livecl.device import OpenDevice
+from livecl.loop import run
 from livecl.options import Options
-from livecl.vectorizer import Step, Vectorizer, run
+from livecl.vectorizer import Step, Vectorizer
 
 Image = NDArray[np.float32]
 Answer = dict[str, Any]

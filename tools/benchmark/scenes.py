@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from benchmark.cases import Case
 from livecl.drawing import Drawing, empty_drawing
 from livecl.image import over_background, read_image
+from livecl.loop import run
 from livecl.options import Options
 from livecl.schedule import parse_schedule
 from livecl.state import State
-from livecl.vectorizer import Vectorizer, run
+from livecl.vectorizer import Vectorizer
 
 #: Iterations of each stage of the run that makes a scene. With 20, 60 and 150, 256 paths on the photograph have a
 #: median side of 41, 40 and 41 px, and are flattened into 30, 34 and 38 thousand lines.
