@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from livecl.batch import vectorize_files
     from livecl.device import list_devices
     from livecl.drawing import Drawing
-    from livecl.errors import DeviceError, ImageError, KernelBuildError, LiveclError, SvgError
+    from livecl.errors import DeviceError, DeviceMemoryError, ImageError, KernelBuildError, LiveclError, SvgError
     from livecl.image import read_image
     from livecl.interpolation import interpolate
     from livecl.options import Options
@@ -30,6 +30,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "DeviceError",
+    "DeviceMemoryError",
     "Drawing",
     "Gradients",
     "ImageError",
@@ -56,7 +57,7 @@ _MODULES = {
     "batch": ["vectorize_files"],
     "device": ["list_devices"],
     "drawing": ["Drawing"],
-    "errors": ["DeviceError", "ImageError", "KernelBuildError", "LiveclError", "SvgError"],
+    "errors": ["DeviceError", "DeviceMemoryError", "ImageError", "KernelBuildError", "LiveclError", "SvgError"],
     "image": ["read_image"],
     "interpolation": ["interpolate"],
     "options": ["Options"],

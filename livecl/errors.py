@@ -13,8 +13,27 @@ class DeviceError(LiveclError):
     """No OpenCL device fits the request, or the device failed; the message lists what was found."""
 
 
+class DeviceMemoryError(DeviceError, MemoryError):
+    """The device has no room for what was asked for; less work may succeed."""
+
+
 class KernelBuildError(LiveclError):
-    """An OpenCL kernel did not compile; the message carries file, options and compiler log."""
+    """An OpenCL kernel did not compile; the message carries options, device and the compiler's first error.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    log : str
+        All that the compiler said.
+    """
+
+    def __init__(self, message: str, log: str = "") -> None:
+        super().__init__(message)
+        self.log = log
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return type(self), (str(self), self.log)
 
 
 class SvgError(LiveclError):
