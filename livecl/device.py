@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import importlib.metadata
 import os
 import re
@@ -65,7 +66,7 @@ class OpenDevice:
     max_bytes: int
     failure: str | None = None
 
-    @property
+    @functools.cached_property
     def is_cpu(self) -> bool:
         """Whether kernels run on the host's processor."""
         return bool(self.device.type & cl.device_type.CPU)
@@ -87,7 +88,11 @@ class OpenDevice:
         """
         if size > self.max_bytes:
             raise DeviceMemoryError(self._no_room(name, size, f"at most {_amount(self.max_bytes)} in one piece"))
-        flags = cl.mem_flags.READ_WRITE | (0 if content is None else cl.mem_flags.COPY_HOST_PTR)
+        flags = cl.mem_flags.READ_WRITE
+        if content is not None:
+            flags |= cl.mem_flags.COPY_HOST_PTR
+        elif self.is_cpu:  # PoCL finds the memory now; else with the first launch, which crashes where there is none
+            flags |= cl.mem_flags.ALLOC_HOST_PTR
         try:
             return cl.Buffer(self.context, flags, size, hostbuf=content)
         except cl.Error as error:
@@ -96,14 +101,14 @@ class OpenDevice:
             raise DeviceMemoryError(self._no_room(name, size, str(error))) from error
 
     def _no_room(self, name: str, size: int, why: str) -> str:
-        return f"{self.info} has no room for {_amount(size)} ({name}; {why}); {_LESS}"
+        return f"{self.info.name} has no room for {_amount(size)} ({name}; {why}); {_LESS}"
 
     def error(self, error: cl.Error) -> DeviceError:
         """Return what an error of OpenCL means, in one line; but for a lack of memory, the device is given up."""
         what = " ".join(str(error).split())
         if error.code in _OUT_OF_MEMORY:
-            return DeviceMemoryError(f"{self.info} is out of memory ({what}); {_LESS}")
-        self.failure = f"{self.info} failed: {what}"
+            return DeviceMemoryError(f"{self.info.name} is out of memory ({what}); {_LESS}")
+        self.failure = f"{self.info.name} failed: {what}"
         return DeviceError(self.failure)
 
 
