@@ -64,8 +64,18 @@ def prepare_pocl_cache() -> None:
 
 
 @contextlib.contextmanager
-def caches_elsewhere() -> Iterator[None]:
-    """Have all that opens a cache meanwhile open it in a temporary folder."""
+def pyopencl_cache(broken: Exception | None = None) -> Iterator[None]:
+    """Have pyopencl, which opens caches when first used, open them where it can: if need be, in a temporary folder.
+
+    Parameters
+    ----------
+    broken : Exception, optional
+        Why the cache where it was last opened cannot be used.
+    """
+    problem = broken or _problem_of_pyopencl_cache()
+    if problem is None:
+        yield
+        return
     before = os.environ.get(CACHES_VARIABLE)
     os.environ[CACHES_VARIABLE] = str(_temporary_folder())
     try:
@@ -75,6 +85,17 @@ def caches_elsewhere() -> Iterator[None]:
             del os.environ[CACHES_VARIABLE]
         else:
             os.environ[CACHES_VARIABLE] = before
+
+
+@functools.cache
+def _problem_of_pyopencl_cache() -> OSError | None:
+    folder = Path(os.environ.get(CACHES_VARIABLE) or Path("~/.cache").expanduser())
+    try:
+        _require_writable(folder)
+    except OSError as error:
+        _log.warning("pyopencl cannot keep its cache in %s (%s) and gets a temporary folder", folder, error.strerror)
+        return error
+    return None
 
 
 def _temporary_folder() -> Path:

@@ -88,7 +88,7 @@ class OpenDevice:
         """
         if size > self.max_bytes:
             raise DeviceMemoryError(self._no_room(name, size, f"at most {_amount(self.max_bytes)} in one piece"))
-        flags = cl.mem_flags.READ_WRITE
+        flags: int = cl.mem_flags.READ_WRITE
         if content is not None:
             flags |= cl.mem_flags.COPY_HOST_PTR
         elif self.is_cpu:  # PoCL finds the memory now; else with the first launch, which crashes where there is none

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pyopencl as cl
 
-from livecl.caches import caches_elsewhere, pocl_cache
+from livecl.caches import pocl_cache, pyopencl_cache
 from livecl.device import OpenDevice
 from livecl.errors import KernelBuildError
 from livecl.tiling import LANES
@@ -95,7 +95,8 @@ def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> An
             options = build_options(dtype, channels)
             what = f"building with {' '.join(options)} on {opened.info}"
             try:
-                built = cl.Program(opened.context, program_source()).build(options)
+                with pyopencl_cache():
+                    built = cl.Program(opened.context, program_source()).build(options)
             except cl.Error as error:
                 log = str(error)
                 raise KernelBuildError(f"{what} failed: {_first_error(log)}", log) from error
@@ -114,14 +115,12 @@ def _first_error(log: str) -> str:
 
 
 def make_kernel(program: Any, name: str) -> Any:
-    """Return a new kernel object of a built program.
-
-    With its first kernel pyopencl opens a cache of its own; where it cannot, it gets a temporary folder.
-    """
+    """Return a new kernel object of a built program."""
     with _building:
         try:
-            return cl.Kernel(program, name)
-        except (OSError, sqlite3.Error) as error:
-            _log.warning("pyopencl cannot keep its cache (%s), and gets a temporary folder", error)
-            with caches_elsewhere():
+            with pyopencl_cache():
+                return cl.Kernel(program, name)
+        except sqlite3.Error as error:
+            _log.warning("pyopencl's cache is broken (%s): it gets a temporary folder", error)
+            with pyopencl_cache(broken=error):
                 return cl.Kernel(program, name)
