@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Work that uses every kernel, as a digest of its bytes: what tests of devices in trouble compare.
 
-As a program it prints the digest of each case that is named, in both number types where the device has them.
+As a program it prints the digests of the cases that are named, in both number types.
 """
 
 from __future__ import annotations
 
 import hashlib
+import itertools
 import logging
 import sys
 
@@ -14,6 +15,8 @@ import numpy as np
 from drawings import ALL_CASES, Case
 
 from livecl import Rasterizer
+from livecl.device import open_device
+from livecl.launcher import Launcher
 from livecl.pipeline import DistanceWeight
 
 
@@ -23,9 +26,11 @@ def everything(rasterizer: Rasterizer, case: Case) -> str:
     image = rasterizer.forward(drawing, pieces)
     gradients = [rasterizer.backward(np.linspace(-1, 1, image.size).reshape(image.shape))]
     weighted = rasterizer.distance_weight(drawing, 6.0, pieces)
-    parts = [image, rasterizer.coverages(drawing, pieces), weighted]
+    closest = rasterizer.download(rasterizer.distance_weight_on_device(drawing, 6.0, pieces, closest_from=1))
+    parts = [image, rasterizer.coverages(drawing, pieces), weighted, closest]
     for weight in (np.ones(image.shape[:2]), DistanceWeight(6.0, pieces)):
-        loss, gradient = rasterizer.loss_and_gradients(drawing, np.full_like(image, 0.5), weight, pieces)
+        again = drawing.replace()  # another object, for which nothing has been kept on the device
+        loss, gradient = rasterizer.loss_and_gradients(again, np.full_like(image, 0.5), weight, pieces)
         parts.append(np.array(loss))
         gradients.append(gradient)
     for gradient in gradients:
@@ -33,15 +38,31 @@ def everything(rasterizer: Rasterizer, case: Case) -> str:
     return hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).hexdigest()
 
 
+def launched_kernels() -> set[str]:
+    """Return the names of the kernels launched from now on, as a set that fills."""
+    names: set[str] = set()
+    launch = Launcher.__call__
+
+    def noting(launcher: Launcher, name: str, num_items: int, scope: str = "") -> None:
+        names.add(name)
+        launch(launcher, name, num_items, scope)
+
+    Launcher.__call__ = noting  # type: ignore[method-assign]
+    return names
+
+
 def main(names: list[str]) -> None:
-    """Print the digests of cases; of the bands of strips too, in which large drawings are worked on."""
+    """Print the digests of cases, with the work-groups of processors and of GPUs, at once and in bands of strips."""
     logging.basicConfig(format="%(levelname)s: %(message)s")
-    for name in names:
+    kernels = launched_kernels()
+    opened = open_device()
+    for name, is_cpu, dtype in itertools.product(names, (True, False), (np.float32, np.float64)):
+        vars(opened)["is_cpu"] = is_cpu
         case = ALL_CASES[name]()
-        for dtype in (np.float32, np.float64):
-            for max_tiles in (1 << 17, 1):
-                rasterizer = Rasterizer(case.drawing.size, dtype=dtype, max_tiles=max_tiles)
-                print(name, dtype.__name__, max_tiles, everything(rasterizer, case), flush=True)  # noqa: T201
+        for max_tiles in (1 << 17, 1):
+            digest = everything(Rasterizer(case.drawing.size, dtype=dtype, max_tiles=max_tiles), case)
+            sys.stdout.write(f"printed: {name} on {opened.info.name}, {is_cpu=}, {dtype=}, {max_tiles=}: {digest}\n")
+    sys.stdout.write(f"printed: kernels {' '.join(sorted(kernels))}\n")
 
 
 if __name__ == "__main__":
