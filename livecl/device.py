@@ -185,8 +185,8 @@ def choose_device(spec: int | str | None = None) -> int:
     infos = list_devices()
     if not infos:
         raise DeviceError(
-            "no OpenCL device found; 'pip install pyopencl[pocl]' brings one that runs on the CPU (Linux x86-64), and "
-            "PoCL needs a home folder it can write to (or XDG_CACHE_HOME, a folder for caches)"
+            "no OpenCL device found; 'pip install pyopencl[pocl]' brings one that runs on the CPU (Linux x86-64), "
+            "elsewhere a driver must be installed"
         )
     source = "device"
     if spec is None:
