@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -21,6 +22,7 @@ from drawings import CASES
 import livecl
 from livecl import DeviceError, DeviceMemoryError, KernelBuildError, Rasterizer, cli, launcher, program
 from livecl import device as device_module
+from livecl.caches import pocl_cache
 from livecl.device import open_device
 from livecl.image import save_image
 
@@ -309,6 +311,16 @@ def test_a_build_that_fails_is_one_line_and_exit_code_1(
     assert " ".join(str(caught.value).split()) in line and caught.value.log.count("\n") > 3
     copy = caught.value.__reduce__()
     assert copy[0] is KernelBuildError and copy[1] == (str(caught.value), caught.value.log)
+
+
+def test_a_program_without_some_kernel_says_which_cache_to_delete(monkeypatch: pytest.MonkeyPatch, device: int) -> None:
+    # What PoCL makes of a damaged program is one without kernels; the process cannot go on with it.
+    parameters = program.kernel_parameters()
+    monkeypatch.setattr(program, "_built", {})
+    monkeypatch.setattr(program, "kernel_parameters", lambda: {**parameters, "a_missing_one": ()})
+    told = f"left out a_missing_one: the compiler's cache is broken; delete the folder {pocl_cache()}"
+    with pytest.raises(KernelBuildError, match=re.escape(told)):
+        Rasterizer((8, 8), device=device)
 
 
 def test_a_device_that_fails_in_a_run_is_one_line_and_exit_code_1(
