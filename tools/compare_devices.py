@@ -10,6 +10,7 @@ errors, and the largest and the median difference of their control points, px, w
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import sys
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import livecl
+from livecl.options import PRESETS
 from livecl.pipeline import DistanceWeight
 
 
@@ -37,12 +39,13 @@ def main() -> None:
     parser.add_argument("picture", help="what to vectorize")
     parser.add_argument("--paths", type=int, default=6, help="how many paths (default: %(default)s)")
     parser.add_argument("--iterations", type=int, default=60, help="of each stage (default: %(default)s)")
+    parser.add_argument("--preset", choices=PRESETS, default="default", help="options (default: %(default)s)")
     arguments = parser.parse_args()
     devices = livecl.list_devices()
     for device in devices:
         print(device)
     image = livecl.read_image(arguments.picture)
-    options = livecl.Options(iterations=arguments.iterations, revisions=0)
+    options = dataclasses.replace(PRESETS[arguments.preset](), iterations=arguments.iterations, revisions=0)
     results = [livecl.vectorize(image, arguments.paths, options=options, device=device.index) for device in devices]
     drawing = results[0].drawing
     images, gradients = zip(*(rendered(drawing, device.index) for device in devices), strict=True)
