@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from livecl.errors import (
         CheckpointError,
         DeviceError,
+        DeviceMemoryError,
         ImageError,
         KernelBuildError,
         LiveclError,
@@ -41,6 +42,7 @@ __all__ = [
     "CheckpointError",
     "Control",
     "DeviceError",
+    "DeviceMemoryError",
     "Drawing",
     "Gradients",
     "ImageError",
@@ -72,6 +74,7 @@ _MODULES = {
     "errors": [
         "CheckpointError",
         "DeviceError",
+        "DeviceMemoryError",
         "ImageError",
         "KernelBuildError",
         "LiveclError",

@@ -122,11 +122,8 @@ def _rescue(job: Job, finished: Finished) -> str:
 
 def _write(kind: Output, path: Path, finished: Finished) -> bool:
     """Write an output; where that cannot be done, say so."""
-    from livecl.device import failures_of
-
     try:
-        with failures_of(finished.result.device):
-            kind.write(path, finished)
+        kind.write(path, finished)
     except OSError as error:
         complain(f"--{kind.name}: {path}: cannot be written ({_why(error)})")
         return False

@@ -24,8 +24,27 @@ class CheckpointError(LiveclError):
     """A checkpoint cannot be read, or belongs to another run; nothing has been touched."""
 
 
+class DeviceMemoryError(DeviceError, MemoryError):
+    """The device has no room for what was asked for; less work may succeed."""
+
+
 class KernelBuildError(LiveclError):
-    """An OpenCL kernel did not compile; the message carries file, options and compiler log."""
+    """An OpenCL kernel did not compile; the message carries options, device and the compiler's first error.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    log : str
+        All that the compiler said.
+    """
+
+    def __init__(self, message: str, log: str = "") -> None:
+        super().__init__(message)
+        self.log = log
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return type(self), (str(self), self.log)
 
 
 class SvgError(LiveclError):

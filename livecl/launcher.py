@@ -11,8 +11,7 @@ import pyopencl as cl
 from numpy.typing import NDArray
 
 from livecl.device import OpenDevice
-from livecl.errors import DeviceError
-from livecl.program import build_program, kernel_parameters
+from livecl.program import build_program, kernel_parameters, make_kernel
 
 #: Work-items in a work-group. A CPU runs them one after the other, and needs private arrays for each of them: one, but
 #: for kernels of many small work-items without such arrays.
@@ -62,21 +61,14 @@ class Launcher:
 
         Raises
         ------
-        DeviceError
+        DeviceMemoryError
             If the device has no room for it.
         """
         buffer = self._values.get(name)
         if buffer is None or buffer.size < num_bytes:
             size = max(64, num_bytes if buffer is None else num_bytes * 3 // 2)
-            buffer = self._values[name] = self._buffer(name, size)
+            buffer = self._values[name] = self._opened.buffer(name, size)
         return buffer
-
-    def _buffer(self, name: str, size: int, content: NDArray[Any] | None = None) -> Any:
-        flags = cl.mem_flags.READ_WRITE | (0 if content is None else cl.mem_flags.COPY_HOST_PTR)
-        try:
-            return cl.Buffer(self._opened.context, flags, size, hostbuf=content)
-        except cl.Error as error:
-            raise DeviceError(f"{self._opened.info} has no room for {size} bytes ({name}): {error}") from error
 
     def reserve_reals(self, name: str, count: int) -> Any:
         """Return the buffer of that name for `count` numbers; see :meth:`reserve`."""
@@ -104,7 +96,7 @@ class Launcher:
         if not values.nbytes:
             self.reserve(name, 0)
         elif self._opened.is_cpu:
-            self._values[name] = self._buffer(name, values.nbytes, np.ascontiguousarray(values))
+            self._values[name] = self._opened.buffer(name, values.nbytes, np.ascontiguousarray(values))
         else:
             self._written[name] = values = np.ascontiguousarray(values)  # must live until the copy is done
             cl.enqueue_copy(self._opened.queue, self.reserve(name, values.nbytes), values, is_blocking=False)
@@ -140,12 +132,7 @@ class Launcher:
         scoped = [(parameter, f"{scope}_{parameter}") for parameter in kernel_parameters()[name]]
         keys = [key if key in self._values else parameter for parameter, key in scoped]
         local_size = LOCAL_SIZES_CPU.get(name, LOCAL_SIZE_CPU) if self._opened.is_cpu else LOCAL_SIZE_GPU
-        try:
-            kernel = cl.Kernel(self._program, name)
-        except OSError as error:  # pyopencl opens its own cache
-            raise DeviceError(
-                f"pyopencl cannot keep its cache ({error}); set XDG_CACHE_HOME to a folder that can be written to"
-            ) from error
+        kernel = make_kernel(self._program, name)
         bound = _BoundKernel(kernel, local_size, keys, [None] * len(keys))
         self._bound[name, scope] = bound
         return bound

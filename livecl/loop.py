@@ -11,7 +11,6 @@ import numpy as np
 
 from livecl.checkpoint import Checkpoints, Record
 from livecl.control import CALLBACK, Control, Stopped, Watch
-from livecl.device import failures_of
 from livecl.errors import LiveclError
 from livecl.result import Stage
 from livecl.svg import quantize
@@ -68,11 +67,10 @@ class Loop:
         """
         self._counted = time.perf_counter()
         try:
-            with failures_of(self.vectorizer.rasterizer.device.info):
-                while not self.vectorizer.finished:
-                    self._watch.check()
-                    self._work_on_stage()
-                    self._save_if_due()
+            while not self.vectorizer.finished:
+                self._watch.check()
+                self._work_on_stage()
+                self._save_if_due()
         except Stopped as stop:
             self.stopped = stop.reason
             self._save()
@@ -90,9 +88,8 @@ class Loop:
         finished, state = self.record.stages, self.vectorizer.state
         if finished and (self.vectorizer.finished or not state.placed):
             return [*finished[:-1], self._lengthened(finished[-1])]
-        with failures_of(self.vectorizer.rasterizer.device.info):
-            stage = self._outcome()
-            better = not finished or self.vectorizer.error(stage.drawing) < self.vectorizer.error(finished[-1].drawing)
+        stage = self._outcome()
+        better = not finished or self.vectorizer.error(stage.drawing) < self.vectorizer.error(finished[-1].drawing)
         if not better:
             return [*finished[:-1], self._lengthened(finished[-1])]
         return self._with(stage, replaces=state.stage >= len(state.schedule))

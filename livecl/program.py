@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 import functools
+import logging
 import pathlib
 import re
+import sqlite3
+import threading
 from typing import Any
 
 import numpy as np
 import pyopencl as cl
 
+from livecl.caches import pocl_cache, pyopencl_cache
 from livecl.device import OpenDevice
 from livecl.errors import KernelBuildError
 from livecl.tiling import LANES
@@ -19,6 +23,9 @@ from livecl.tiling import LANES
 SOURCES = ("flatten.cl", "coverage.cl", "composite.cl", "reduce.cl", "distance.cl", "joint.cl")
 _INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"]+)"[ \t]*$', re.MULTILINE)
 _built: dict[tuple[Any, ...], Any] = {}
+#: Compilers and pyopencl's cache are used by one thread at a time.
+_building = threading.Lock()
+_log = logging.getLogger(__name__)
 
 
 def kernel_dir() -> pathlib.Path:
@@ -80,13 +87,40 @@ def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> An
     Raises
     ------
     KernelBuildError
-        If the compiler refuses; the message carries options and log.
+        If the compiler refuses; the message carries options, device and the first error, its `log` all of them.
     """
-    key = (opened.info.index, dtype.name, channels)
-    if key not in _built:
-        options = build_options(dtype, channels)
-        try:
-            _built[key] = cl.Program(opened.context, program_source()).build(options)
-        except cl.Error as error:
-            raise KernelBuildError(f"building with {' '.join(options)} on {opened.info} failed:\n{error}") from error
+    key = (opened, dtype.name, channels)
+    with _building:
+        if key not in _built:
+            options = build_options(dtype, channels)
+            what = f"building with {' '.join(options)} on {opened.info}"
+            try:
+                with pyopencl_cache():
+                    built = cl.Program(opened.context, program_source()).build(options)
+            except cl.Error as error:
+                log = str(error)
+                raise KernelBuildError(f"{what} failed: {_first_error(log)}", log) from error
+            if missing := kernel_parameters().keys() - set(built.kernel_names.split(";")):
+                raise KernelBuildError(
+                    f"{what} left out {min(missing)}: the compiler's cache is broken; delete the folder {pocl_cache()}"
+                )
+            _built[key] = built
     return _built[key]
+
+
+def _first_error(log: str) -> str:
+    """Return the line of a compiler's log that says what is wrong, or the log's first line."""
+    lines = [line.strip() for line in log.splitlines() if line.strip()]
+    return next((line for line in lines if re.search(r"\berror\b\s*:", line, re.IGNORECASE)), lines[0] if lines else "")
+
+
+def make_kernel(program: Any, name: str) -> Any:
+    """Return a new kernel object of a built program."""
+    with _building:
+        try:
+            with pyopencl_cache():
+                return cl.Kernel(program, name)
+        except sqlite3.Error as error:
+            _log.warning("pyopencl's cache is broken (%s): it gets a temporary folder", error)
+            with pyopencl_cache(broken=error):
+                return cl.Kernel(program, name)

@@ -3,20 +3,21 @@
 
 from __future__ import annotations
 
-import dataclasses
+import functools
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import pyopencl as cl
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from livecl.bezier import pieces_for
-from livecl.device import open_device
+from livecl.device import OpenDevice, open_device
+from livecl.device_calls import on_device
+from livecl.device_image import DeviceImage, download, upload
 from livecl.drawing import Drawing
-from livecl.launcher import Launcher
-from livecl.pipeline import DistanceWeight, Gradients, Pipeline
+from livecl.pipeline import DistanceWeight, Gradients
 from livecl.tiling import LANES, Grid
+from livecl.workspace import Workspace, channels_of
 
 __all__ = ["DeviceImage", "DistanceWeight", "Gradients", "Rasterizer", "render"]
 
@@ -26,19 +27,13 @@ TOLERANCE = 0.02
 MAX_TILES = 1 << 17
 
 
-@dataclasses.dataclass(frozen=True)
-class DeviceImage:
-    """An image that stays on the device, in planes as the kernels read them."""
-
-    buffer: Any
-    channels: int
-
-
 class Rasterizer:
     """Renders drawings on one canvas size and differentiates losses of the result.
 
     Coverage is exact area coverage under the nonzero rule (kernels/coverage.cl states where), layers are composited
     `over` in paint order. Everything an object does is in a fixed order: the same input gives the same bytes.
+
+    Threads may share an object: each has buffers of its own, and differentiates what it rendered itself.
 
     Parameters
     ----------
@@ -56,7 +51,8 @@ class Rasterizer:
     Raises
     ------
     DeviceError, KernelBuildError
-        If the device cannot be had, or does not compile the kernels.
+        If the device cannot be had, or does not compile the kernels. All methods raise DeviceError if it fails later,
+        from then on each time, and DeviceMemoryError if it has no room, after which less may succeed.
     """
 
     def __init__(
@@ -75,12 +71,20 @@ class Rasterizer:
         self.size = Drawing(points=np.zeros((0, 3, 2)), colors=np.zeros((0, 4)), size=size).size
         self.tolerance = tolerance
         self.max_tiles = max_tiles
-        self.device = open_device(device)
+        self.device: OpenDevice = open_device(device)
         self._grid = Grid(*self.size, LANES[self.dtype.name])
-        self._pipelines: dict[int, Pipeline] = {}
-        self._rendered: tuple[Drawing, ArrayLike | None] | None = None
-        self._pipeline_of_channels(3)
+        self._workspace = Workspace(self.device, self._grid, self.dtype, tolerance, max_tiles)
+        self._build()
 
+    def forget(self) -> None:
+        """Give up the buffers of this thread."""
+        self._workspace.forget()
+
+    @on_device
+    def _build(self) -> None:
+        self._workspace.pipeline(3)
+
+    @on_device
     def forward(self, drawing: Drawing, pieces: ArrayLike | None = None) -> NDArray[Any]:
         """Render a drawing.
 
@@ -102,11 +106,12 @@ class Rasterizer:
         ValueError
             If the drawing is of another size, or `pieces` does not fit it.
         """
-        channels = _channels(drawing)
-        image = self._loaded(drawing).render(channels, pieces)
-        self._rendered = drawing, pieces
+        channels = channels_of(drawing)
+        image = self._workspace.loaded(drawing).render(channels, pieces)
+        self._workspace.rendered = drawing, pieces
         return self.download(DeviceImage(image, channels))
 
+    @on_device
     def coverages(self, drawing: Drawing, pieces: ArrayLike | None = None) -> NDArray[Any]:
         """Render the shape of each layer by itself.
 
@@ -134,9 +139,10 @@ class Rasterizer:
         return coverages
 
     def _coverages(self, drawing: Drawing, pieces: ArrayLike | None) -> NDArray[Any]:
-        planes = DeviceImage(self._loaded(drawing).cover(pieces), drawing.num_layers)
+        planes = DeviceImage(self._workspace.loaded(drawing).cover(pieces), drawing.num_layers)
         return np.ascontiguousarray(np.moveaxis(self.download(planes), -1, 0))
 
+    @on_device
     def backward(self, d_image: ArrayLike) -> Gradients:
         """Gradient of a scalar loss with respect to the drawing last rendered by :meth:`forward`.
 
@@ -161,11 +167,11 @@ class Rasterizer:
         -----
         Derivations: kernels/composite.h (colour), kernels/coverage.cl (outline), kernels/flatten.cl (control points).
         """
-        if self._rendered is None:
+        if self._workspace.rendered is None:
             raise RuntimeError("backward needs a drawing: call forward first")
-        drawing, pieces = self._rendered
-        pipeline = self._loaded(drawing)
-        pipeline.launcher.set(d_image=self._uploaded("d_image", d_image, _channels(drawing)).buffer)
+        drawing, pieces = self._workspace.rendered
+        pipeline = self._workspace.loaded(drawing)
+        pipeline.launcher.set(d_image=self._uploaded("d_image", d_image, channels_of(drawing)).buffer)
         return pipeline.begin_backward(pieces)()[1]
 
     def loss_and_gradients(
@@ -204,6 +210,7 @@ class Rasterizer:
         """
         return self.begin_loss(drawing, target, weight, pieces, scale)()
 
+    @on_device
     def begin_loss(
         self,
         drawing: Drawing,
@@ -219,12 +226,16 @@ class Rasterizer:
         callable
             Waits and returns loss and gradients. To be called before anything else is asked of the rasterizer.
         """
-        pipeline = self._loaded(drawing)
-        pipeline.launcher.set(target=self._uploaded("target", target, _channels(drawing)).buffer, scale=float(scale))
+        pipeline = self._workspace.loaded(drawing)
+        pipeline.launcher.set(target=self._uploaded("target", target, channels_of(drawing)).buffer, scale=float(scale))
         if isinstance(weight, DistanceWeight):
-            return pipeline.begin_loss(weight, pieces)
+            return functools.partial(self._end_loss, pipeline.begin_loss(weight, pieces))
         pipeline.launcher.set(weight=self._uploaded("weight", weight, 1).buffer)
-        return pipeline.begin_loss(None, pieces)
+        return functools.partial(self._end_loss, pipeline.begin_loss(None, pieces))
+
+    @on_device
+    def _end_loss(self, end: Callable[[], tuple[float, Gradients]]) -> tuple[float, Gradients]:
+        return end()
 
     def distance_weight(self, drawing: Drawing, tau: float = 10.0, pieces: ArrayLike | None = None) -> NDArray[Any]:
         """Return the distance weight of eq. (1), averaged over the layers whose outline is within `tau` of some pixel.
@@ -243,6 +254,7 @@ class Rasterizer:
         """
         return self.download(self.distance_weight_on_device(drawing, tau, pieces))[..., 0]
 
+    @on_device
     def distance_weight_on_device(
         self, drawing: Drawing, tau: float, pieces: ArrayLike | None = None, closest_from: int | None = None
     ) -> DeviceImage:
@@ -251,39 +263,24 @@ class Rasterizer:
         With `closest_from`, the image is instead the largest ReLU(tau - d), px, among the layers from that one on: the
         weight of the authors' program is made from it.
         """
-        return DeviceImage(self._loaded(drawing).weigh(DistanceWeight(tau, pieces), closest_from), 1)
+        return DeviceImage(self._workspace.loaded(drawing).weigh(DistanceWeight(tau, pieces), closest_from), 1)
 
     def pieces(self, drawing: Drawing, tolerance: float | None = None) -> NDArray[np.int32]:
         """Return the number of lines that flatten each segment to within a tolerance, px, or the rasterizer's: (M,)."""
         return pieces_for(drawing.cubics, self.tolerance if tolerance is None else tolerance)
 
+    @on_device
     def upload(self, image: ArrayLike) -> DeviceImage:
         """Put an image (H, W), (H, W, 3) or (H, W, 4) on the device, to be used as a target or a weight many times."""
         array = np.asarray(image, dtype=self.dtype)
         if array.shape[:2] != self.size or array.ndim not in (2, 3):
             raise ValueError(f"image: shape {array.shape}, wanted {self.size} pixels, with or without channels")
-        planes = self._grid.pack(array, self.dtype)
-        buffer = cl.Buffer(self.device.context, cl.mem_flags.READ_WRITE, planes.nbytes)
-        cl.enqueue_copy(self.device.queue, buffer, planes)
-        return DeviceImage(buffer, len(planes))
+        return upload(self.device, self._grid, array)
 
+    @on_device
     def download(self, image: DeviceImage) -> NDArray[Any]:
         """Return an image that is on the device: (H, W, channels)."""
-        grid = self._grid
-        planes = np.empty((image.channels, grid.num_strips, grid.num_columns, grid.lanes), self.dtype)
-        cl.enqueue_copy(self.device.queue, planes, image.buffer)
-        return grid.unpack(planes)
-
-    def _pipeline_of_channels(self, channels: int) -> Pipeline:
-        if channels not in self._pipelines:
-            launcher = Launcher(self.device, self.dtype, channels)
-            self._pipelines[channels] = Pipeline(launcher, self._grid, self.tolerance, self.max_tiles)
-        return self._pipelines[channels]
-
-    def _loaded(self, drawing: Drawing) -> Pipeline:
-        pipeline = self._pipeline_of_channels(_channels(drawing))
-        pipeline.load(drawing)
-        return pipeline
+        return download(self.device, self._grid, image, self.dtype)
 
     def _uploaded(self, name: str, image: ArrayLike | DeviceImage, channels: int) -> DeviceImage:
         if not isinstance(image, DeviceImage):
@@ -295,10 +292,6 @@ class Rasterizer:
         if image.channels != channels:
             raise ValueError(f"{name}: {image.channels} channels, wanted {channels}")
         return image
-
-
-def _channels(drawing: Drawing) -> int:
-    return 4 if drawing.background is None else 3
 
 
 def render(drawing: Drawing, device: int | str | None = None) -> NDArray[Any]:

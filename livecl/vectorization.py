@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from livecl.background import background_for
 from livecl.checkpoint import Checkpoints, Record, identity_of, load_checkpoint
 from livecl.control import Control, Watch
-from livecl.device import failures_of
 from livecl.drawing import Drawing, empty_drawing
 from livecl.errors import LiveclError, RunError
 from livecl.image import as_image
@@ -98,8 +97,7 @@ def vectorize(
     if control.resume and control.checkpoint is not None and Path(control.checkpoint).exists():
         vectorizer.state, record = load_checkpoint(control.checkpoint, identity)
     if not vectorizer.finished:
-        with failures_of(info):
-            vectorizer.warm_up()
+        vectorizer.warm_up()
     compiled = time.perf_counter()
     loop = Loop(vectorizer, on_step, watch, Checkpoints(control.checkpoint, identity, control.period), record)
 

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -100,6 +102,34 @@ def test_without_devices_the_error_says_how_to_get_one(monkeypatch: pytest.Monke
         with pytest.raises(DeviceError, match=r"no OpenCL device found; 'pip install pyopencl\[pocl\]'") as caught:
             choose_device(spec)
         assert "\n" not in str(caught.value)
+
+
+POCL = "Portable Computing Language"
+PLATFORMS = [
+    SimpleNamespace(name="Vendor's OpenCL", version="OpenCL 2.1"),
+    SimpleNamespace(name=POCL, version="OpenCL 3.0 PoCL 3.1+debian  Linux"),
+    SimpleNamespace(name="Another's", version="OpenCL 3.0"),
+    SimpleNamespace(name=POCL, version="OpenCL 3.0 PoCL 3.0-rc2  Linux"),
+    SimpleNamespace(name=POCL, version="OpenCL 3.0 PoCL 6.0  Linux"),
+]
+
+
+def test_pocl_comes_first_and_pip_s_before_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.metadata.version", {"pocl-binary-distribution": "3.0"}.__getitem__)
+    assert device_module._in_order(PLATFORMS) == [PLATFORMS[index] for index in (3, 1, 4, 0, 2)]
+
+    def not_there(package: str) -> str:
+        raise importlib.metadata.PackageNotFoundError(package)
+
+    monkeypatch.setattr("importlib.metadata.version", not_there)
+    assert device_module._in_order(PLATFORMS) == [PLATFORMS[index] for index in (1, 3, 4, 0, 2)]
+
+
+def test_of_the_pocls_here_pip_s_is_the_default() -> None:
+    versions = [info.version for info in list_devices() if info.platform == POCL]
+    if len(versions) < 2:
+        pytest.skip("one PoCL at most is here")
+    assert f" PoCL {importlib.metadata.version('pocl-binary-distribution')}" in versions[0]
 
 
 def test_devices_are_listed_with_the_index_that_chooses_them(device: int) -> None:

@@ -19,6 +19,7 @@ import pyopencl as cl
 import pytest
 from batches import make_pictures
 from commands import COMMAND, OUTPUTS, ended, make_picture, start, wait_for, written
+from device_work import opencl_error
 
 import livecl
 from livecl import Options, Recipe, cli, vectorize_files
@@ -238,7 +239,7 @@ def test_a_device_that_fails(
     launch, work, steps = Launcher.__call__, Vectorizer.step, itertools.count(1)
 
     def fail(*_: Any) -> None:
-        raise cl.RuntimeError("clFinish failed: OUT_OF_RESOURCES")
+        raise opencl_error(cl.RuntimeError, cl.status_code.INVALID_COMMAND_QUEUE)
 
     def work_until(vectorizer: Vectorizer) -> float:
         if next(steps) == step:
@@ -248,15 +249,13 @@ def test_a_device_that_fails(
     monkeypatch.setattr(Vectorizer, "step", work_until)
     assert cli.main([*SHORT, "-q", "--json", "out.json", "--sheet", "out.png"]) == 1
     last, *lines = capsys.readouterr().err.splitlines()[::-1]
-    assert re.match(
-        r"livecl: error: \[0\] .* failed while it worked: clFinish failed: OUT_OF_RESOURCES; out\.svg ", last
-    )
+    assert re.match(r"livecl: error: .* failed: clEnqueueNDRangeKernel failed: INVALID_COMMAND_QUEUE; out\.svg ", last)
     error = "0." if known else "unknown, "
     assert f"has the best drawing so far: 1 paths, MSE {error}" in last
     assert last.endswith("; --resume goes on from out.svg.checkpoint")
     assert lines[0].startswith("livecl: error: --sheet: out.png: "), "it is rendered"
     facts = json.loads(Path("out.json").read_text())
-    assert "failed while it worked" in facts["stopped"] and (facts["mse"] is not None) == known
+    assert "INVALID_COMMAND_QUEUE" in facts["stopped"] and (facts["mse"] is not None) == known
     assert livecl.read_svg("out.svg").num_layers == 1
     monkeypatch.setattr(Launcher, "__call__", launch)
     assert cli.main([*SHORT, "-q", "--resume"]) == 0

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Folders where compiled kernels are kept: those that cannot be used are replaced for as long as the process runs.
+
+PoCL lists no device where it cannot write to its cache, and takes down the process where a library in it has been cut
+short, by a full disk or by a loss of power. Both are looked after here, before PoCL is first used.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import functools
+import logging
+import os
+import struct
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from livecl.errors import DeviceError
+
+#: Environment variables that say where PoCL keeps its cache, and where all programs keep theirs.
+POCL_VARIABLE, CACHES_VARIABLE = "POCL_CACHE_DIR", "XDG_CACHE_HOME"
+
+_log = logging.getLogger(__name__)
+
+
+def pocl_cache() -> Path:
+    """Return the folder where PoCL keeps its cache, by PoCL's own rule."""
+    if folder := os.environ.get(POCL_VARIABLE):
+        return Path(folder)
+    if folder := os.environ.get(CACHES_VARIABLE):
+        return Path(folder, "pocl", "kcache")
+    if folder := os.environ.get("HOME"):
+        return Path(folder, ".cache", "pocl", "kcache")
+    return Path("/tmp/pocl/kcache")
+
+
+@functools.cache
+def prepare_pocl_cache() -> None:
+    """See to it that PoCL, which reads its variable once, finds a folder that it can write to and whole files in it.
+
+    Broken files are deleted, which has PoCL compile them anew. Where that does not help, PoCL gets a temporary folder.
+    The log warns of either.
+    """
+    if sys.platform != "linux":
+        return  # PoCL there is untested, and its files are of other kinds
+    folder = pocl_cache()
+    try:
+        _require_writable(folder)
+        for path in _broken_files(folder):
+            _log.warning("%s is broken; it is deleted, and its kernel is compiled anew", path)
+            path.unlink(missing_ok=True)
+    except OSError as error:
+        os.environ[POCL_VARIABLE] = str(_temporary_folder() / "pocl")
+        _log.warning(
+            "PoCL cannot keep compiled kernels in %s (%s): this process compiles them into a temporary folder; set "
+            "%s to a folder that can be written to",
+            folder,
+            error.strerror,
+            CACHES_VARIABLE,
+        )
+
+
+@contextlib.contextmanager
+def pyopencl_cache(broken: Exception | None = None) -> Iterator[None]:
+    """Have pyopencl, which opens caches when first used, open them where it can: if need be, in a temporary folder.
+
+    Parameters
+    ----------
+    broken : Exception, optional
+        Why the cache where it was last opened cannot be used.
+    """
+    problem = broken or _problem_of_pyopencl_cache()
+    if problem is None:
+        yield
+        return
+    before = os.environ.get(CACHES_VARIABLE)
+    os.environ[CACHES_VARIABLE] = str(_temporary_folder())
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[CACHES_VARIABLE]
+        else:
+            os.environ[CACHES_VARIABLE] = before
+
+
+@functools.cache
+def _problem_of_pyopencl_cache() -> OSError | None:
+    folder = Path(os.environ.get(CACHES_VARIABLE) or Path("~/.cache").expanduser())
+    try:
+        _require_writable(folder)
+    except OSError as error:
+        _log.warning("pyopencl cannot keep its cache in %s (%s) and gets a temporary folder", folder, error.strerror)
+        return error
+    return None
+
+
+def _temporary_folder() -> Path:
+    """Return a folder of this process, which is deleted when it ends; a killed process leaves it."""
+    return Path(_made_temporary_folder().name)
+
+
+@functools.cache
+def _made_temporary_folder() -> tempfile.TemporaryDirectory[str]:
+    try:
+        return tempfile.TemporaryDirectory(prefix="livecl-", ignore_cleanup_errors=True)
+    except OSError as error:
+        raise DeviceError(
+            f"compiled kernels can be kept nowhere ({error}); set {CACHES_VARIABLE} to a folder that can be written to"
+        ) from error
+
+
+def _require_writable(folder: Path) -> None:
+    """Raise OSError unless files can be made in a folder, or the folder itself in the nearest one that is there."""
+    while not folder.exists():
+        folder = folder.parent
+    for code, is_so in ((errno.ENOTDIR, not folder.is_dir()), (errno.EACCES, not os.access(folder, os.W_OK | os.X_OK))):
+        if is_so:
+            raise OSError(code, os.strerror(code), str(folder))
+
+
+def _broken_files(cache: Path) -> list[Path]:
+    """Return the files of PoCL's cache that are not whole; raise OSError if one cannot be read, or its folder written.
+
+    An entry is a folder ``AB/CDEF…`` of a program: ``program.bc``, in LLVM's bitcode, and libraries
+    ``kernel/work-group size/kernel.so``. What processes are about to write lies beside the entries until it is whole.
+    """
+    broken = []
+    for folder, _, names in os.walk(cache, onerror=_raise):
+        _require_writable(Path(folder))
+        for name in names if Path(folder) != cache else ():
+            path = Path(folder, name)
+            is_whole = {".bc": is_whole_bitcode, ".so": is_whole_library}.get(path.suffix)
+            with contextlib.suppress(FileNotFoundError):  # another process has deleted it
+                if is_whole is not None and not is_whole(path):
+                    broken.append(path)
+    return broken
+
+
+def _raise(error: OSError) -> None:
+    if not isinstance(error, FileNotFoundError):  # no cache yet, or another process has tidied up
+        raise error
+
+
+def is_whole_bitcode(path: Path) -> bool:
+    """Return whether a file is LLVM's magic number and top-level blocks, the last of which ends where the file does.
+
+    A block: a word that says what it is (its lowest two bits are 1), its length in words of four bytes, its content.
+    """
+    with path.open("rb") as file:
+        size = os.fstat(file.fileno()).st_size
+        if file.read(4) != b"BC\xc0\xde":
+            return False
+        end = 4
+        while end < size:
+            file.seek(end)
+            header = file.read(8)
+            if len(header) < 8:
+                return False
+            kind, words = struct.unpack("<2I", header)
+            if kind & 3 != 1:
+                return False
+            end += 8 + 4 * words
+    return 4 < end == size
+
+
+def is_whole_library(path: Path) -> bool:
+    """Return whether a file is an ELF library whose table of sections, which linkers put last, lies inside it."""
+    with path.open("rb") as file:
+        size = os.fstat(file.fileno()).st_size
+        header = file.read(64)
+    if len(header) < 64 or header[:4] != b"\x7fELF":
+        return False
+    if header[4:6] != b"\x02\x01":  # for another kind of processor than 64 bits, lowest byte first
+        return True
+    (start,) = struct.unpack_from("<Q", header, 0x28)
+    entry_size, count = struct.unpack_from("<2H", header, 0x3A)
+    return start > 0 and bool(start + entry_size * count <= size)
