@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fuzzing: random input to what livecl takes from outside, to find what is neither read well nor refused in a line.
 
-A case is made of its kind, the seed and its number, and of nothing else. Cases run in a process of their own, limited in
-memory and time, which is started again where it crashes. docs/reliability.md tells what has to hold of each kind.
+A case is made of its kind, the seed and its number, and of nothing else. Cases run in a process of their own, limited
+in memory and time, which is started again where it crashes. docs/reliability.md tells what has to hold of each kind.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ sys.path.insert(1, str(ROOT / "tests"))  # the reference renderer, and makers of
 
 try:
     from fuzzing.kind import source
-    from fuzzing.worker import Finding, kind_of, tried, watched
+    from fuzzing.worker import Finding, kind_of, watched
 except ModuleNotFoundError as error:
     sys.exit(f"fuzz: error: {error}; install the extra dev: pip install -e '.[dev]'")
 
@@ -36,7 +36,7 @@ exit codes: 0 nothing found, 1 something found, 2 bad arguments
 
 
 def hunt(name: str, seed: int, numbers: range, folder: Path) -> int:
-    """Try cases of a kind; print a line for each finding of another place, and the counts; return how many there are."""
+    """Try cases of a kind; print a line for each place with findings, and the counts; return the number of places."""
     start = time.perf_counter()
     counts: collections.Counter[str] = collections.Counter()
     places: collections.Counter[str] = collections.Counter()

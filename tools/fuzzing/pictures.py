@@ -8,13 +8,13 @@ import io
 import random
 
 import numpy as np
+from picture_files import encoded, png16, png_chunk, tiff
 from PIL import Image, ImageCms
 
 from fuzzing.kind import Kind, one_line
 from fuzzing.mutation import mutated
 from livecl.errors import ImageError
 from livecl.image import read_image
-from picture_files import encoded, png16, png_chunk, tiff
 
 #: Height and width of the pictures before they are changed.
 SIZE = (9, 12)
@@ -109,4 +109,4 @@ def check(data: bytes) -> str:
     return "read"
 
 
-KIND = Kind(make=make, check=check, dump=bytes, suffix=".picture", megabytes=4000)
+KIND = Kind(make=make, check=check, dump=bytes, suffix=".picture", seconds=60.0, megabytes=4000)

@@ -17,7 +17,9 @@ from livecl.svg_writer import MAX_PRECISION, quantize
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Whole files that parts are changed of.
-FILES = [path.read_bytes() for folder in ("examples/sources", "tests/svg") for path in sorted((ROOT / folder).glob("*.svg"))]
+FILES = [
+    path.read_bytes() for folder in ("examples/sources", "tests/svg") for path in sorted((ROOT / folder).glob("*.svg"))
+]
 #: Deepest nesting written.
 DEEPEST = 4
 ODD_NUMBERS = (
@@ -30,7 +32,16 @@ NAMES = (
 )
 COLORS = (
     *("red", "#123", "#12345678", "none", "rgb(1,2,3)", "rgb(10% 20% 30% / .5)", "hsl(120,50%,50%)", "currentColor"),
-    *("url(#a)", "url(#a) blue", "transparent", "RED", "#12", "rgb(1e999,0,0)", "rgba(0,0,0,-1)", "hsl(1e308deg 1% 1%)"),
+    *(
+        "url(#a)",
+        "url(#a) blue",
+        "transparent",
+        "RED",
+        "#12",
+        "rgb(1e999,0,0)",
+        "rgba(0,0,0,-1)",
+        "hsl(1e308deg 1% 1%)",
+    ),
     *("inherit", ""),
 )
 UNITS = ("", "", "", "px", "pt", "mm", "%", "Q", "PX")
@@ -201,7 +212,14 @@ def check(data: bytes) -> str:
 def same(wanted: Drawing, got: Drawing, *, with_stages: bool) -> None:
     """Raise AssertionError unless two drawings are equal."""
     assert got.size == wanted.size, (got.size, wanted.size)
-    for name in ("points", "colors", "background", "subpath_offsets", "layer_offsets", *(["stages"] if with_stages else [])):
+    for name in (
+        "points",
+        "colors",
+        "background",
+        "subpath_offsets",
+        "layer_offsets",
+        *(["stages"] if with_stages else []),
+    ):
         one, other = getattr(wanted, name), getattr(got, name)
         assert (one is None) == (other is None) and (one is None or np.array_equal(one, other)), f"{name} changed"
     assert got.labels == wanted.labels, (got.labels, wanted.labels)
