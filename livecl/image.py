@@ -111,6 +111,8 @@ def _straight(name: str, data: bytes, image: Image | None) -> FloatArray:
         raise ImageError(f"{name}: not enough memory for its pixels; scale it down first") from error
     except Exception as error:  # decoders meet damaged data with exceptions of every kind
         raise ImageError(f"{name}: {damage(error)}") from error
+    if not color.size:
+        raise ImageError(f"{name}: has no pixels")
     pixels = np.empty((*color.shape[:2], 3 if alpha is None else 4), np.float32)
     pixels[..., :3] = color
     if alpha is not None:

@@ -33,6 +33,7 @@ def document(body: str) -> bytes:
         ('<path d="M0 0h"/>', "path data"),
         ('<path d="L5 5 6 7z"/>', "cannot be read"),
         ('<path d="garbage"/>', "cannot be read"),
+        ('<path d="v-8"/>', "begin with M"),
         ('<polygon points="0 0 5 5 a 9"/>', "cannot be read"),
         ('<rect width="abc" height="5"/>', "length 'abc'"),
         ('<rect width="1e999" height="5"/>', "not finite"),
