@@ -70,5 +70,6 @@ def parse_schedule(schedule: str | Sequence[int] | None, paths: int | str | None
     if sum(stages) > MAX_PATHS:
         raise ValueError(f"schedule: {reprlib.repr(schedule)} adds more than {MAX_PATHS} paths")
     if paths is not None and sum(stages) != paths:
-        raise ValueError(f"schedule: {reprlib.repr(schedule)} adds {sum(stages)} paths, but paths is {paths}")
+        listed = reprlib.repr(",".join(map(str, stages))).strip("'")
+        raise ValueError(f"schedule: {listed} adds {sum(stages)} paths, but paths is {paths}")
     return stages

@@ -44,6 +44,12 @@ ODD_VALUES = (
     ),
     *(b"1", [], [1], (1, 2), {}, {"a": 1}, {1}, 1j, object, range(3), [[1]], [math.nan], [10**400], ["1", 2.0]),
 )
+SCHEDULES = ("exp", "1,1,2", "1,,2", "0", "-1,2", "1.5", "1," * 200, "1_0", [1, 2], (3,), [1.5], [10**6])
+WORDS = (
+    *("1", "0", "-1", "8", "1,1,2", "exp", "auto", "full", "0.5", "nan", "1e999", "white", "mse", "", " ", "no", "日本"),
+    *("１", "1_0", "9" * 5000, "\n", "\udcff", "%s", "--", "-", "=", "a" * 2000, "😀", "\x7f"),
+)
+
 Case = tuple[str, Any]
 
 
@@ -83,30 +89,6 @@ def make_recipe(rng: random.Random) -> dict[str, Any]:
     return {name: arguments[name] for name in rng.sample(list(arguments), rng.choice((1, 2, 3)))}
 
 
-def word(rng: random.Random) -> str:
-    """Return a value as it may stand on a command line."""
-    words = (
-        "1",
-        "0",
-        "-1",
-        "8",
-        "1,1,2",
-        "exp",
-        "auto",
-        "full",
-        "0.5",
-        "nan",
-        "1e999",
-        "white",
-        "mse",
-        "",
-        " ",
-        "no",
-        "x",
-    )
-    return rng.choice((*words, "１", "1_0", "9" * 5000, "\n", "\udcff", "%s", "--", "-", "=", "a" * 2000))
-
-
 def command_line(rng: random.Random) -> list[str]:
     """Return arguments, most of them known."""
     actions = [
@@ -120,7 +102,7 @@ def command_line(rng: random.Random) -> list[str]:
         option = rng.choice(action.option_strings)
         if rng.random() < 0.05:
             option = rng.choice(("--nothing", option[:-1], option + "x", "-xyz"))
-        value = str(rng.choice(list(action.choices))) if action.choices and rng.random() < 0.7 else word(rng)
+        value = str(rng.choice(list(action.choices))) if action.choices and rng.random() < 0.7 else rng.choice(WORDS)
         joined = rng.random() < 0.5 and value != "--"  # of "--option=--", argparse makes an empty list
         words += [option] if action.nargs == 0 else [f"{option}={value}"] if joined else [option, value]
     return words
