@@ -23,3 +23,8 @@ class SvgError(LiveclError):
 
 class ImageError(LiveclError):
     """A picture cannot be read or is of a kind that cannot be vectorized."""
+
+
+def readable(text: str) -> str:
+    """Return text for a message: on one line, each run of what cannot be seen, as control characters, a space."""
+    return " ".join("".join(character if character.isprintable() else " " for character in text).split())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.errors import ImageError
+from livecl.errors import ImageError, readable
 from livecl.image_color import in_srgb, other_profile, without_gamma
 from livecl.image_source import MAX_PIXELS, TOO_LARGE
 from livecl.image_tiff import decode_deep_tiff, is_deep_tiff, scaled
@@ -87,7 +87,7 @@ def _orientation(name: str, image: Image) -> int:
     try:
         orientation: int = image.getexif().get(_ORIENTATION, 1)
     except Exception as error:  # as decoders do, it meets damaged data with exceptions of every kind
-        reason = " ".join(str(error).split())
+        reason = readable(str(error)[:150])
         warnings.warn(f"{name}: its EXIF data cannot be read ({reason}); it is not turned", stacklevel=5)
         return 1
     return orientation

@@ -10,7 +10,7 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from livecl.errors import ImageError
+from livecl.errors import ImageError, readable
 
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
@@ -92,6 +92,5 @@ def opened(name: str, data: bytes) -> ImageFile | None:
 
 def damage(error: Exception) -> str:
     """Return in one line of visible characters what a decoder says of damaged data."""
-    said = "".join(character if character.isprintable() else " " for character in str(error))
-    reason = " ".join(said.split())[:150] or type(error).__name__
+    reason = readable(str(error)[:150]) or type(error).__name__
     return f"the picture is damaged or cut off ({reason}); {ADVICE}"

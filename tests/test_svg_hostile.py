@@ -61,6 +61,7 @@ def test_refused_bodies(body: str, words: str) -> None:
         (document("<g>")[:-3], "not a whole XML document"),
         (b'<?xml version="1.0" encoding="foo"?><svg/>', "not a whole XML document"),
         (b"<html/>", "wanted <svg>"),
+        (b'<a:svg xmlns:a="http://www.w3.org/\x7f2000/svg"/>', r"<{http://www.w3.org/ 2000/svg}svg>, wanted <svg>"),
         (b"<svg/>", "states no size"),
         (b'<svg width="5"/>', "states no size"),
         (b'<svg width="-5" height="5"/>', "negative"),

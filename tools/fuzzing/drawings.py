@@ -27,10 +27,9 @@ SIZES = ((1, 1), (1, 9), (9, 1), (8, 8), (16, 17), (33, 20), (3, 300), (300, 3))
 MOST_WORK = 300_000
 #: Further than this from the canvas, px, positions are rounded to more than 1e-4 px in float32, and are not compared.
 MOST_REACH = 1000.0
-ODD_NUMBERS = (0.0, -0.0, 1e-300, 1e-30, 1e-9, 0.5, 1.0, 8.0, MAX_COORDINATE, -MAX_COORDINATE, 1e6 + 1, 1e9, 1e308) + (
-    math.nan,
-    math.inf,
-    -math.inf,
+ODD_NUMBERS = (
+    *(0.0, -0.0, 1e-300, 1e-30, 1e-9, 0.5, 1.0, 8.0, MAX_COORDINATE, -MAX_COORDINATE, 1e6 + 1, 1e9, 1e308),
+    *(math.nan, math.inf, -math.inf),
 )
 
 Case = dict[str, Any]
@@ -143,7 +142,9 @@ def _compared(drawing: Drawing, image: np.ndarray) -> str:
 
 def dump(case: Case) -> bytes:
     """Return a case as JSON, whose numbers are written in full."""
-    return json.dumps({name: value.tolist() if hasattr(value, "tolist") else value for name, value in case.items()}).encode()
+    return json.dumps(
+        {name: value.tolist() if hasattr(value, "tolist") else value for name, value in case.items()}
+    ).encode()
 
 
 KIND = Kind(make=make, check=check, dump=dump, suffix=".json", seconds=60.0, megabytes=8000)
