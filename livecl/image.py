@@ -76,7 +76,10 @@ def as_image(source: ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Ima
         return read_image(cast("BinaryIO", source))
     if hasattr(source, "getbands"):  # a Pillow picture; Pillow itself need not be loaded to tell
         return _straight("picture", b"", cast("Image", source).copy())
-    array = np.asarray(source)
+    try:
+        array = np.asarray(source)
+    except ValueError as error:
+        raise ValueError("image: its rows differ in length, wanted an array of numbers") from error
     if array.ndim == 2:
         array = np.repeat(array[..., None], 3, axis=2)
     if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:

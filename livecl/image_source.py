@@ -29,7 +29,7 @@ def content(source: str | os.PathLike[str] | bytes | BinaryIO) -> tuple[str, byt
     if isinstance(source, bytes):
         name, data = "picture data", source
     elif isinstance(source, (str, os.PathLike)):
-        name = os.fspath(source)
+        name = readable(os.fspath(source))
         try:
             data = _file_content(Path(source))
         except FileNotFoundError as error:

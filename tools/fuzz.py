@@ -35,22 +35,28 @@ exit codes: 0 nothing found, 1 something found, 2 bad arguments
 """
 
 
+def module_of(name: str) -> str:
+    """Return the name of the module that defines a kind."""
+    return f"fuzzing.{name}"
+
+
 def hunt(name: str, seed: int, numbers: range, folder: Path) -> int:
     """Try cases of a kind; print a line for each place with findings, and the counts; return the number of places."""
     start = time.perf_counter()
     counts: collections.Counter[str] = collections.Counter()
     places: collections.Counter[str] = collections.Counter()
-    for report in watched(name, seed, numbers):
+    module = module_of(name)
+    for report in watched(module, seed, numbers):
         if not isinstance(report, Finding):
             counts += report
             continue
         places[report.where] += 1
         if places[report.where] > 1:
             continue
-        kind = kind_of(name)
+        kind = kind_of(module)
         folder.mkdir(parents=True, exist_ok=True)
         file = folder / f"{name}-{seed}-{report.number}{kind.suffix}"
-        file.write_bytes(kind.dump(kind.make(source(name, seed, report.number))))
+        file.write_bytes(kind.dump(kind.make(source(module, seed, report.number))))
         print(f"{name}: {report.what} [--kind {name} --seed {seed} --case {report.number}; {file}]", flush=True)
     for where, count in places.items():
         if count > 1:
@@ -66,8 +72,8 @@ def hunt(name: str, seed: int, numbers: range, folder: Path) -> int:
 
 def again(name: str, seed: int, number: int) -> int:
     """Try one case in this process, an error with its traceback."""
-    kind = kind_of(name)
-    case = kind.make(source(name, seed, number))
+    kind = kind_of(module_of(name))
+    case = kind.make(source(module_of(name), seed, number))
     print(f"case: {case!r:.2000}")
     print(kind.check(case))
     return 0

@@ -39,9 +39,9 @@ class Kind:
     megabytes: int = 2000
 
 
-def source(kind: str, seed: int, number: int) -> random.Random:
-    """Return the random numbers that a case is made from: text as a seed gives the same ones on any machine."""
-    return random.Random(f"{kind} {seed} {number}")
+def source(module: str, seed: int, number: int) -> random.Random:
+    """Return what the case of a kind's module is made from: text as a seed gives the same numbers on any machine."""
+    return random.Random(f"{module} {seed} {number}")
 
 
 def one_line(error: Exception) -> None:

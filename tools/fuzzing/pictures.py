@@ -83,7 +83,6 @@ def seeds() -> dict[str, bytes]:
         "qoi": encoded(rgba, "QOI"),
         "avif": encoded(rgb, "AVIF"),
         "xbm": encoded(bits, "XBM"),
-        "im": encoded(rgb, "IM"),
         "msp": encoded(bits, "MSP"),
         "mpo": encoded(rgb, "MPO", save_all=True, append_images=more),
     }

@@ -27,6 +27,8 @@ from fuzzing.kind import Kind, source
 #: Wall time without a further case after which a worker is taken to hang in native code, in units of the limit on a
 #: case's processor time: a busy machine is slow too.
 PATIENCE = 12
+#: Outcomes after which their counts are sent: those of a worker that is lost are lost with it.
+SENT_TOGETHER = 100
 #: Length of a finding's text.
 MOST_CHARACTERS = 300
 
@@ -44,9 +46,10 @@ class TooLongError(BaseException):
     """A case took too much processor time. Not an `Exception`, so that no reader takes it for damage."""
 
 
-def kind_of(name: str) -> Kind:
-    """Return the kind of a name."""
-    return importlib.import_module(f"fuzzing.{name}").KIND
+def kind_of(module: str) -> Kind:
+    """Return the kind that a module defines."""
+    kind: Kind = importlib.import_module(module).KIND
+    return kind
 
 
 def tried(kind: Kind, case: Any, number: int) -> Finding | str:
@@ -68,13 +71,13 @@ def described(error: BaseException) -> tuple[str, str]:
     return f"{type(error).__name__} at {place}", " ".join(f"{type(error).__name__}: {error}".split())[:MOST_CHARACTERS]
 
 
-def work(name: str, seed: int, numbers: range, current: Any, pipe: Connection, crash_file: str) -> None:
-    """Try the cases of some numbers; send each finding, and at the end the counts of all outcomes."""
+def work(module: str, seed: int, numbers: range, current: Any, pipe: Connection, crash_file: str) -> None:
+    """Try the cases of some numbers; send each finding, and the counts of all other outcomes."""
     with open(crash_file, "w") as crash:  # noqa: PTH123  # faulthandler wants a file that stays open
         faulthandler.enable(crash)
         devnull = os.open(os.devnull, os.O_WRONLY)
         os.dup2(devnull, 2)  # codecs in C print there
-        kind = kind_of(name)
+        kind = kind_of(module)
         limit_memory(kind.megabytes)
         signal.signal(signal.SIGPROF, _stop)
         counts: collections.Counter[str] = collections.Counter()
@@ -82,14 +85,17 @@ def work(name: str, seed: int, numbers: range, current: Any, pipe: Connection, c
             current.value = number
             try:
                 signal.setitimer(signal.ITIMER_PROF, kind.seconds)
-                outcome = tried(kind, kind.make(source(name, seed, number)), number)
+                outcome = tried(kind, kind.make(source(module, seed, number)), number)
                 signal.setitimer(signal.ITIMER_PROF, 0)
             except TooLongError as error:
                 outcome = Finding(number, *described(error))
             if isinstance(outcome, Finding):
                 pipe.send(outcome)
-            else:
-                counts[outcome] += 1
+                continue
+            counts[outcome] += 1
+            if counts.total() >= SENT_TOGETHER:
+                pipe.send(counts)
+                counts.clear()
         pipe.send(counts)
 
 
@@ -100,16 +106,16 @@ def limit_memory(megabytes: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))
 
 
-def watched(name: str, seed: int, numbers: range) -> Iterator[Finding | collections.Counter[str]]:
+def watched(module: str, seed: int, numbers: range) -> Iterator[Finding | collections.Counter[str]]:
     """Have cases tried by a worker, which is started again after each crash; yield findings and counts."""
     spawn = multiprocessing.get_context("spawn")
-    patience = PATIENCE * kind_of(name).seconds
+    patience = PATIENCE * kind_of(module).seconds
     first = numbers.start
     while first < numbers.stop:
         current, (mine, theirs) = spawn.Value("q", first, lock=False), spawn.Pipe(duplex=False)
         with tempfile.NamedTemporaryFile("r", suffix=".txt") as crash:
             process = spawn.Process(
-                target=work, args=(name, seed, range(first, numbers.stop), current, theirs, crash.name), daemon=True
+                target=work, args=(module, seed, range(first, numbers.stop), current, theirs, crash.name), daemon=True
             )
             process.start()
             theirs.close()
