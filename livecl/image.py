@@ -27,9 +27,10 @@ FloatArray = NDArray[np.float32]
 def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
     """Read a picture as straight colours.
 
-    Applied: an EXIF turn, a palette and its transparency, colour profiles other than sRGB (at 8 bits). Grey and CMYK
-    become RGB; of animations and stacks the first picture is taken. PNG and TIFF of 16 bits, and float TIFF, keep
-    their precision; other formats are read at 8 bits.
+    Applied: an EXIF turn, a palette and its transparency, colour profiles other than sRGB (at 8 bits), the gamma that
+    a PNG states. Grey, CMYK and Lab become RGB; of animations and stacks the first picture is taken. PNG and TIFF of
+    16 bits, and float TIFF, keep their precision; other formats are read at 8 bits. A warning says so where there are
+    further pictures, and where a profile or EXIF data cannot be read and is ignored.
 
     Parameters
     ----------
@@ -44,8 +45,8 @@ def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
     Raises
     ------
     ImageError
-        If there is no such file, or it holds no whole picture, more than 89 million pixels, or numbers that are not
-        finite or not within [0, 1].
+        If there is no such file, or it holds no whole picture, more than 89 million pixels or 1.5 GB, or numbers that
+        are not finite or not within [0, 1].
     """
     name, data = content(source)
     return _straight(name, data, opened(name, data))

@@ -115,7 +115,6 @@ def test_deep_tiff() -> None:
     check(tiff(DEEP, photometric="rgb", extrasamples=["unassalpha"]), as_shares(DEEP))
     check(tiff(grey, photometric="minisblack"), as_shares(grey)[..., None].repeat(3, axis=2))
     check(tiff(grey, photometric="miniswhite"), 1 - as_shares(grey)[..., None].repeat(3, axis=2))
-    check(tiff(np.stack([rgb, rgb[::-1]]), photometric="rgb"), as_shares(rgb))
 
 
 def test_premultiplied_tiff_becomes_straight() -> None:
@@ -146,12 +145,6 @@ def test_float_tiff_with_other_numbers(value: float, words: str) -> None:
 def test_tiff_of_signed_numbers_is_refused() -> None:
     with pytest.raises(ImageError, match="unsigned or float"):
         read_image(tiff(DEEP[..., 0].astype(np.int16), photometric="minisblack"))
-
-
-def test_animation_gives_its_first_frame() -> None:
-    frames = [Image.new("RGB", (6, 4), color) for color in ("red", "lime", "blue")]
-    data = encoded(frames[0], "GIF", save_all=True, append_images=frames[1:])
-    check(data, np.broadcast_to([1.0, 0.0, 0.0], (4, 6, 3)))
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
