@@ -6,7 +6,8 @@ from __future__ import annotations
 import dataclasses
 import functools
 import os
-from collections.abc import Sequence
+import reprlib
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -100,7 +101,7 @@ class Drawing:
         values["subpath_offsets"] = _checked_offsets("subpath_offsets", subpath_offsets, None, num_segments)
         num_subpaths = len(values["subpath_offsets"]) - 1
         values["layer_offsets"] = _checked_offsets("layer_offsets", layer_offsets, num_layers, num_subpaths)
-        values["stages"] = np.zeros(num_layers, np.int32) if stages is None else np.array(stages, np.int32)
+        values["stages"] = np.zeros(num_layers, np.int32) if stages is None else _checked_integers("stages", stages)
         if values["stages"].shape != (num_layers,):
             raise ValueError(f"stages: shape {values['stages'].shape}, wanted ({num_layers},)")
         values["names"] = ("",) * num_layers if names is None else _checked_names(names, num_layers)
@@ -244,31 +245,40 @@ def _checked_size(size: Any) -> tuple[int, int]:
         height, width = size
         if int(height) != height or int(width) != width:
             raise ValueError
-    except (TypeError, ValueError):
-        raise ValueError(f"size: got {size!r}, wanted (height, width) as two whole numbers of pixels") from None
+    except (TypeError, ValueError, OverflowError):
+        got = reprlib.repr(size)
+        raise ValueError(f"size: got {got}, wanted (height, width) as two whole numbers of pixels") from None
     if not (1 <= height <= MAX_SIDE and 1 <= width <= MAX_SIDE):
-        raise ValueError(f"size: got {size!r}, wanted sides of 1 to {MAX_SIDE} px")
+        raise ValueError(f"size: got {reprlib.repr(size)}, wanted sides of 1 to {MAX_SIDE} px")
     return int(height), int(width)
 
 
-def _checked_floats(name: str, value: Any, shape: tuple[int, ...], low: float, high: float) -> FloatArray:
-    array = np.array(value, dtype=np.float64)
-    wanted = "(" + ", ".join("any" if n < 0 else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
-    if array.ndim != len(shape) or any(n not in (-1, m) for n, m in zip(shape, array.shape, strict=True)):
-        raise ValueError(f"{name}: shape {array.shape}, wanted {wanted}")
+def _checked_floats(name: str, value: Any, shape: tuple[int, ...] | None, low: float, high: float) -> FloatArray:
+    try:
+        given = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        given = np.array(None)
+    if given.dtype.kind not in "biuf":
+        raise ValueError(f"{name}: got {reprlib.repr(value)}, wanted an array of numbers")
+    array = np.array(given, dtype=np.float64)
+    if shape is not None:
+        wanted = "(" + ", ".join("any" if n < 0 else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
+        if array.ndim != len(shape) or any(n not in (-1, m) for n, m in zip(shape, array.shape, strict=True)):
+            raise ValueError(f"{name}: shape {array.shape}, wanted {wanted}")
     if not np.all((array >= low) & (array <= high)):
         raise ValueError(f"{name}: all numbers must be finite and within [{low:g}, {high:g}]")
     return array
 
 
 def _checked_names(names: Sequence[str], num_layers: int) -> tuple[str, ...]:
-    if isinstance(names, str) or not all(isinstance(name, str) for name in names) or len(names) != num_layers:
-        raise ValueError(f"names: got {names!r:.200}, wanted {num_layers} texts, one for each layer")
+    listed = isinstance(names, Collection) and not isinstance(names, str)
+    if not listed or not all(isinstance(name, str) for name in names) or len(names) != num_layers:
+        raise ValueError(f"names: got {reprlib.repr(names)}, wanted {num_layers} texts, one for each layer")
     return tuple(clean_name(name) for name in names)
 
 
 def _checked_offsets(name: str, value: Any, count: int | None, end: int) -> IntArray:
-    array = np.array(value, dtype=np.int32)
+    array = _checked_integers(name, value)
     if array.ndim != 1 or not len(array) or (count is not None and len(array) != count + 1):
         raise ValueError(
             f"{name}: shape {array.shape}, wanted {'one offset more than items' if count is None else (count + 1,)}"
@@ -276,6 +286,14 @@ def _checked_offsets(name: str, value: Any, count: int | None, end: int) -> IntA
     if array[0] != 0 or array[-1] != end or np.any(np.diff(array) < 1):
         raise ValueError(f"{name}: offsets must rise from 0 to {end} with at least one item each")
     return array
+
+
+def _checked_integers(name: str, value: Any) -> IntArray:
+    """Return whole numbers as they are; a cast by itself would cut off fractions, and high bits."""
+    array = _checked_floats(name, value, None, float(np.iinfo(np.int32).min), float(np.iinfo(np.int32).max))
+    if np.any(array != np.rint(array)):
+        raise ValueError(f"{name}: got {reprlib.repr(value)}, wanted whole numbers")
+    return array.astype(np.int32)
 
 
 def _offsets(counts: IntArray) -> IntArray:

@@ -31,6 +31,11 @@ ODD_NUMBERS = (
     *(0.0, -0.0, 1e-300, 1e-30, 1e-9, 0.5, 1.0, 8.0, MAX_COORDINATE, -MAX_COORDINATE, 1e6 + 1, 1e9, 1e308),
     *(math.nan, math.inf, -math.inf),
 )
+#: In place of an argument.
+ODD_VALUES = (
+    *(None, 3, "abc", "", {}, [], [0.5], [[1], [1, 2]], [2**40], [10**400], (math.inf, 3), (math.nan, 3), (3, 2.5)),
+    *([0], [True], ["a"], ["a", "b"], [b"a"], [None], [1j], np.zeros(3, dtype=complex), (10**400, 1), object, (8, 8)),
+)
 
 Case = dict[str, Any]
 
@@ -71,7 +76,7 @@ def subpath(rng: random.Random, size: tuple[int, int], numbers: np.random.Genera
 
 
 def make(rng: random.Random) -> Case:
-    """Return arguments of a drawing; one in ten has an odd number somewhere, one in twenty offsets that do not fit."""
+    """Return arguments of a drawing; one in ten has an odd number, and one in ten an odd argument."""
     numbers = np.random.default_rng(rng.getrandbits(64))
     size = rng.choice(SIZES)
     num_layers = rng.choice((0, 1, 1, 2, 3, 8, 60))
@@ -93,6 +98,8 @@ def make(rng: random.Random) -> Case:
     if rng.random() < 0.05:
         offsets = case[rng.choice(("subpath_offsets", "layer_offsets"))]
         offsets[rng.randrange(len(offsets))] = rng.choice((-1, 0, 1, len(points), len(points) + 1, 2**40))
+    if rng.random() < 0.1:
+        case[rng.choice(("stages", "names", *case))] = rng.choice(ODD_VALUES)
     return case
 
 
@@ -142,9 +149,8 @@ def _compared(drawing: Drawing, image: np.ndarray) -> str:
 
 def dump(case: Case) -> bytes:
     """Return a case as JSON, whose numbers are written in full."""
-    return json.dumps(
-        {name: value.tolist() if hasattr(value, "tolist") else value for name, value in case.items()}
-    ).encode()
+    listed = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in case.items()}
+    return json.dumps(listed, default=repr).encode()
 
 
 KIND = Kind(make=make, check=check, dump=dump, suffix=".json", seconds=60.0, megabytes=8000)
