@@ -59,7 +59,6 @@ def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, Fl
 
     if image is not None and image.format in _STACKS and getattr(image, "is_animated", False):
         warnings.warn(f"{name}: holds several pictures; the first is taken", stacklevel=4)
-    info = {} if image is None else image.info
     if image is None or is_deep_tiff(image):
         color, alpha, orientation = decode_deep_tiff(data)
     else:
@@ -69,8 +68,9 @@ def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, Fl
             color, alpha = _deep_grey(image)
         else:
             flat, alpha = _flat(image)
-            return in_srgb(name, flat, info), alpha, _orientation(name, image)
+            return in_srgb(name, flat, image.info), alpha, _orientation(name, image)
         orientation = _orientation(name, image)
+    info = {} if image is None else image.info
     if other_profile(info) and np.isfinite(color).all():
         levels = np.rint(np.clip(color, 0, 1) * 255).astype(np.uint8)
         color = in_srgb(name, Image.fromarray(levels[..., 0] if levels.shape[2] == 1 else levels), info)
