@@ -11,6 +11,8 @@ import warnings
 from collections.abc import Iterator
 from typing import Any
 
+from livecl.errors import readable
+
 
 def say(message: str) -> None:
     """Write a line to standard error, above a progress bar that may stand there."""
@@ -21,7 +23,7 @@ def say(message: str) -> None:
 
 def complain(message: str) -> None:
     """Write the line that says why the work could not be done."""
-    say(f"livecl: error: {' '.join(message.split())}")
+    say(f"livecl: error: {readable(message)}")
 
 
 def write_standard(data: bytes) -> None:

@@ -71,7 +71,7 @@ def _converter(name: str, kind: type) -> Callable[[str], Any]:
             Options(**{name: value})
         except ValueError as error:
             reason = str(error).removeprefix(f"{name}: ")
-            reason = re.sub(r"^got .*?, wanted", f"got {text!r}, wanted", reason)
+            reason = re.sub(r"^got .*?, wanted", lambda _: f"got {text!r}, wanted", reason)
             raise argparse.ArgumentTypeError(reason) from error
         return value
 

@@ -7,6 +7,7 @@ import colorsys
 import functools
 import math
 import re
+import reprlib
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -101,13 +102,13 @@ def parse_color(text: str) -> FloatArray:
         If `text` is no colour, or a translucent one.
     """
     if not isinstance(text, str):
-        raise ValueError(f"color: got {text!r}, wanted text such as 'white' or '#rrggbb'")
+        raise ValueError(f"color: got {reprlib.repr(text)}, wanted text such as 'white' or '#rrggbb'")
     try:
         *rgb, alpha = parse_rgba(text)
     except ValueError as error:
         raise ValueError(f"color: {error}") from None
     if alpha < 1:
-        raise ValueError(f"color: got {text!r}, wanted an opaque colour")
+        raise ValueError(f"color: got {reprlib.repr(text)}, wanted an opaque colour")
     return np.array(rgb)
 
 
@@ -116,7 +117,7 @@ def share(text: str, whole: float = 1.0) -> float:
     text = text.strip()
     value = float(text[:-1]) / 100 if text.endswith("%") else float(text) / whole
     if math.isnan(value):
-        raise ValueError(f"got {text!r}, wanted a number or a percentage")
+        raise ValueError(f"got {reprlib.repr(text)}, wanted a number or a percentage")
     return min(max(value, 0.0), 1.0)
 
 

@@ -63,6 +63,7 @@ def format_config(values: Mapping[str, Any]) -> str:
     loss = "mse"
     untangle = true
     """
-    # Numbers, lists of numbers, true, false and double-quoted text are written the same way in JSON and in TOML.
-    lines = [f"{key} = {json.dumps(value)}\n" for key, value in values.items() if value is not None]
-    return "".join(lines)
+    # Numbers, lists of numbers, true, false and double-quoted text are written the same way in JSON and in TOML, apart
+    # from pairs of surrogates, which only JSON has, and the one control character that only TOML wants escaped.
+    written = {key: json.dumps(value, ensure_ascii=False) for key, value in values.items() if value is not None}
+    return "".join(f"{key} = {text}\n" for key, text in written.items()).replace("\x7f", "\\u007f")

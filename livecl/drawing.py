@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livecl.naming import clean_name, layer_labels, select_layers
+from livecl.drawing_checks import checked_floats, checked_integers, checked_names, checked_offsets, checked_size
+from livecl.naming import layer_labels, select_layers
 from livecl.svg_writer import LayerStyle, format_svg, save_svg
 
 #: Largest coordinate accepted, px: beyond it float32 no longer resolves a sixteenth of a pixel.
 MAX_COORDINATE = 1e6
-#: Largest canvas side accepted, px.
-MAX_SIDE = 32768
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
@@ -80,10 +79,10 @@ class Drawing:
         stages: ArrayLike | None = None,
         names: Sequence[str] | None = None,
     ) -> None:
-        values: dict[str, Any] = {"size": _checked_size(size)}
-        values["points"] = _checked_floats("points", points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
-        values["colors"] = _checked_floats("colors", colors, (-1, 4), 0.0, 1.0)
-        values["background"] = None if background is None else _checked_floats("background", background, (3,), 0.0, 1.0)
+        values: dict[str, Any] = {"size": checked_size(size)}
+        values["points"] = checked_floats("points", points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
+        values["colors"] = checked_floats("colors", colors, (-1, 4), 0.0, 1.0)
+        values["background"] = None if background is None else checked_floats("background", background, (3,), 0.0, 1.0)
         num_segments, num_layers = len(values["points"]), len(values["colors"])
         if (subpath_offsets is None) != (layer_offsets is None):
             raise ValueError("subpath_offsets and layer_offsets must be given together, or neither")
@@ -97,13 +96,13 @@ class Drawing:
             layer_offsets = np.arange(num_layers + 1)
         if not num_layers and num_segments:
             raise ValueError(f"points: {num_segments} segments belong to no layer, as colors is empty")
-        values["subpath_offsets"] = _checked_offsets("subpath_offsets", subpath_offsets, None, num_segments)
+        values["subpath_offsets"] = checked_offsets("subpath_offsets", subpath_offsets, None, num_segments)
         num_subpaths = len(values["subpath_offsets"]) - 1
-        values["layer_offsets"] = _checked_offsets("layer_offsets", layer_offsets, num_layers, num_subpaths)
-        values["stages"] = np.zeros(num_layers, np.int32) if stages is None else np.array(stages, np.int32)
+        values["layer_offsets"] = checked_offsets("layer_offsets", layer_offsets, num_layers, num_subpaths)
+        values["stages"] = np.zeros(num_layers, np.int32) if stages is None else checked_integers("stages", stages)
         if values["stages"].shape != (num_layers,):
             raise ValueError(f"stages: shape {values['stages'].shape}, wanted ({num_layers},)")
-        values["names"] = ("",) * num_layers if names is None else _checked_names(names, num_layers)
+        values["names"] = ("",) * num_layers if names is None else checked_names(names, num_layers)
         for value in values.values():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
@@ -237,45 +236,6 @@ def empty_drawing(size: tuple[int, int], background: ArrayLike | None = (1.0, 1.
         size=size,
         background=background,
     )
-
-
-def _checked_size(size: Any) -> tuple[int, int]:
-    try:
-        height, width = size
-        if int(height) != height or int(width) != width:
-            raise ValueError
-    except (TypeError, ValueError):
-        raise ValueError(f"size: got {size!r}, wanted (height, width) as two whole numbers of pixels") from None
-    if not (1 <= height <= MAX_SIDE and 1 <= width <= MAX_SIDE):
-        raise ValueError(f"size: got {size!r}, wanted sides of 1 to {MAX_SIDE} px")
-    return int(height), int(width)
-
-
-def _checked_floats(name: str, value: Any, shape: tuple[int, ...], low: float, high: float) -> FloatArray:
-    array = np.array(value, dtype=np.float64)
-    wanted = "(" + ", ".join("any" if n < 0 else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
-    if array.ndim != len(shape) or any(n not in (-1, m) for n, m in zip(shape, array.shape, strict=True)):
-        raise ValueError(f"{name}: shape {array.shape}, wanted {wanted}")
-    if not np.all((array >= low) & (array <= high)):
-        raise ValueError(f"{name}: all numbers must be finite and within [{low:g}, {high:g}]")
-    return array
-
-
-def _checked_names(names: Sequence[str], num_layers: int) -> tuple[str, ...]:
-    if isinstance(names, str) or not all(isinstance(name, str) for name in names) or len(names) != num_layers:
-        raise ValueError(f"names: got {names!r:.200}, wanted {num_layers} texts, one for each layer")
-    return tuple(clean_name(name) for name in names)
-
-
-def _checked_offsets(name: str, value: Any, count: int | None, end: int) -> IntArray:
-    array = np.array(value, dtype=np.int32)
-    if array.ndim != 1 or not len(array) or (count is not None and len(array) != count + 1):
-        raise ValueError(
-            f"{name}: shape {array.shape}, wanted {'one offset more than items' if count is None else (count + 1,)}"
-        )
-    if array[0] != 0 or array[-1] != end or np.any(np.diff(array) < 1):
-        raise ValueError(f"{name}: offsets must rise from 0 to {end} with at least one item each")
-    return array
 
 
 def _offsets(counts: IntArray) -> IntArray:

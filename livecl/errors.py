@@ -67,3 +67,8 @@ class RunError(LiveclError):
     def __init__(self, message: str, result: Result | None) -> None:
         super().__init__(message)
         self.result = result
+
+
+def readable(text: str) -> str:
+    """Return text for a message: on one line, each run of what cannot be seen, as control characters, a space."""
+    return " ".join("".join(character if character.isprintable() else " " for character in text).split())

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import io
 import os
-import warnings
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, cast
 
 import numpy as np
@@ -14,16 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from livecl.errors import ImageError
 from livecl.files import write_atomically
-from livecl.image_decoding import MAX_PIXELS, TOO_LARGE, decoded
+from livecl.image_decoding import decoded
+from livecl.image_source import content, damage, opened
 
 if TYPE_CHECKING:
     from PIL.Image import Image
-    from PIL.ImageFile import ImageFile
 
 #: How far beyond [0, 1] a float picture may overshoot (filters ring) before its scale is called wrong; it is clipped.
 OVERSHOOT = 0.01
-_TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
-_ADVICE = "give a whole PNG, JPEG, GIF, WebP, TIFF or BMP file"
 
 FloatArray = NDArray[np.float32]
 
@@ -31,9 +27,10 @@ FloatArray = NDArray[np.float32]
 def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
     """Read a picture as straight colours.
 
-    Applied: an EXIF turn, a palette and its transparency, colour profiles other than sRGB (at 8 bits). Grey and CMYK
-    become RGB; of animations and stacks the first picture is taken. PNG and TIFF of 16 bits, and float TIFF, keep
-    their precision; other formats are read at 8 bits.
+    Applied: an EXIF turn, a palette and its transparency, colour profiles other than sRGB (at 8 bits), the gamma that
+    a PNG states. Grey, CMYK and Lab become RGB; of animations and stacks the first picture is taken. PNG and TIFF of
+    16 bits, and float TIFF, keep their precision; other formats are read at 8 bits. A warning says so where there are
+    further pictures, and where a profile or EXIF data cannot be read and is ignored.
 
     Parameters
     ----------
@@ -48,11 +45,11 @@ def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
     Raises
     ------
     ImageError
-        If there is no such file, or it holds no whole picture, more than 89 million pixels, or numbers that are not
-        finite or not within [0, 1].
+        If there is no such file, or it holds no whole picture, more than 89 million pixels or 1.5 GB, or numbers that
+        are not finite or not within [0, 1].
     """
-    name, data = _content(source)
-    return _straight(name, data, _opened(name, data))
+    name, data = content(source)
+    return _straight(name, data, opened(name, data))
 
 
 def as_image(source: ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Image) -> FloatArray:
@@ -80,7 +77,10 @@ def as_image(source: ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Ima
         return read_image(cast("BinaryIO", source))
     if hasattr(source, "getbands"):  # a Pillow picture; Pillow itself need not be loaded to tell
         return _straight("picture", b"", cast("Image", source).copy())
-    array = np.asarray(source)
+    try:
+        array = np.asarray(source)
+    except ValueError as error:
+        raise ValueError("image: its rows differ in length, wanted an array of numbers") from error
     if array.ndim == 2:
         array = np.repeat(array[..., None], 3, axis=2)
     if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
@@ -111,18 +111,23 @@ def _straight(name: str, data: bytes, image: Image | None) -> FloatArray:
         color, alpha, orientation = decoded(name, data, image)
     except ImageError as error:
         raise ImageError(f"{name}: {error}") from error
+    except MemoryError as error:
+        raise ImageError(f"{name}: not enough memory for its pixels; scale it down first") from error
     except Exception as error:  # decoders meet damaged data with exceptions of every kind
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise ImageError(f"{name}: the picture is damaged or cut off ({reason}); {_ADVICE}") from error
-    rgb = np.broadcast_to(color, (*color.shape[:2], 3))
-    pixels = rgb if alpha is None else np.concatenate([rgb, alpha], axis=2)
-    if not np.isfinite(pixels).all():
-        raise ImageError(f"{name}: some pixels are not finite numbers; replace them first")
+        raise ImageError(f"{name}: {damage(error)}") from error
+    if not color.size:
+        raise ImageError(f"{name}: has no pixels")
+    pixels = np.empty((*color.shape[:2], 3 if alpha is None else 4), np.float32)
+    pixels[..., :3] = color
+    if alpha is not None:
+        pixels[..., 3:] = alpha
     low, high = float(pixels.min()), float(pixels.max())
+    if not np.isfinite(high - low):
+        raise ImageError(f"{name}: some pixels are not finite numbers; replace them first")
     if low < -OVERSHOOT or high > 1 + OVERSHOOT:
         raise ImageError(f"{name}: pixels range from {low:g} to {high:g}; scale them to [0, 1]")
-    pixels = _without_needless_alpha(np.clip(pixels, 0, 1))
-    return np.ascontiguousarray(_turned(pixels, orientation), dtype=np.float32)
+    pixels = _without_needless_alpha(np.clip(pixels, 0, 1, out=pixels))
+    return np.ascontiguousarray(_turned(pixels, orientation))
 
 
 def over_background(image: ArrayLike, background: ArrayLike) -> FloatArray:
@@ -183,52 +188,6 @@ def _checked(image: ArrayLike) -> FloatArray:
     if pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or not pixels.size:
         raise ValueError(f"image: shape {pixels.shape}, wanted (H, W, 3) or (H, W, 4)")
     return pixels
-
-
-def _content(source: str | os.PathLike[str] | bytes | BinaryIO) -> tuple[str, bytes]:
-    """Return a name for messages, and the file's bytes."""
-    if isinstance(source, bytes):
-        name, data = "picture data", source
-    elif isinstance(source, (str, os.PathLike)):
-        name = os.fspath(source)
-        try:
-            data = Path(source).read_bytes()
-        except FileNotFoundError as error:
-            raise ImageError(f"{name}: there is no such file; check the path") from error
-        except IsADirectoryError as error:
-            raise ImageError(f"{name}: is a directory; give a picture file in it") from error
-        except (OSError, ValueError) as error:
-            raise ImageError(f"{name}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
-    elif hasattr(source, "read"):
-        name, data = str(getattr(source, "name", "picture data")), source.read()
-        if not isinstance(data, bytes):
-            raise TypeError("source: the file is open for text; open it in binary mode")
-    else:
-        raise TypeError(f"source: got {type(source).__name__}, wanted a path, bytes or a binary file")
-    if not data:
-        raise ImageError(f"{name}: the file is empty; {_ADVICE}")
-    return name, data
-
-
-def _opened(name: str, data: bytes) -> ImageFile | None:
-    """Return Pillow's picture, its pixels not yet decoded; None for a TIFF of a kind that Pillow does not know."""
-    from PIL import Image, UnidentifiedImageError
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", Image.DecompressionBombWarning)
-            image = Image.open(io.BytesIO(data))
-    except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
-        raise ImageError(f"{name}: {TOO_LARGE}") from error
-    except UnidentifiedImageError as error:
-        if data.startswith(_TIFF_STARTS):
-            return None
-        raise ImageError(f"{name}: not a picture of a kind that can be read; {_ADVICE}") from error
-    except Exception as error:  # as in read_image
-        raise ImageError(f"{name}: the picture is damaged or cut off ({error}); {_ADVICE}") from error
-    if image.width * image.height > MAX_PIXELS:
-        raise ImageError(f"{name}: {TOO_LARGE}")
-    return image
 
 
 def _turned(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:

@@ -1,30 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pixels of opened pictures as colour and alpha: palettes, grey, CMYK, depths of more than 8 bits, colour profiles."""
+"""Pixels of opened pictures as colour and alpha: palettes, grey, depths of more than 8 bits, frames, turns."""
 
 from __future__ import annotations
 
 import io
-import logging
 import warnings
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.errors import ImageError
+from livecl.errors import ImageError, readable
+from livecl.image_color import in_srgb, other_profile, without_gamma
+from livecl.image_source import MAX_PIXELS, TOO_LARGE
+from livecl.image_tiff import decode_deep_tiff, is_deep_tiff, scaled
 
 if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageFile import ImageFile
 
-#: Most pixels of a picture that is read, about 1 GB as float32 RGB: what claims more is taken for a decompression bomb.
-MAX_PIXELS = 89_000_000
-TOO_LARGE = f"more than {MAX_PIXELS // 1_000_000} million pixels; scale it down first"
-
 #: Pillow's names of 16-bit PNG layouts: the raw modes that unpack the high and the low byte of each number.
 _DEEP_PNG = {"RGB;16B": ("RGB;16B", "RGB;16L"), "RGBA;16B": ("RGBA;16B", "RGBA;16L"), "LA;16B": ("RGBA", "RGBA")}
-#: TIFF compressions that need no codec package: none, deflate (two numbers), PackBits.
-_TIFF_COMPRESSIONS = (1, 8, 32946, 32773)
+#: Kinds of files whose frames or pages are pictures like the first one; others keep previews and layers in them.
+_STACKS = ("GIF", "PNG", "WEBP", "TIFF", "AVIF")
 #: EXIF and TIFF tag of the orientation, 1 to 8.
 _ORIENTATION = 0x0112
 
@@ -59,9 +57,10 @@ def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, Fl
     """
     from PIL import Image
 
-    if image is None or _is_deep_tiff(image):
-        color, alpha, orientation = _deep_tiff(data)
-        profile = None if image is None else image.info.get("icc_profile")
+    if image is not None and image.format in _STACKS and getattr(image, "is_animated", False):
+        warnings.warn(f"{name}: holds several pictures; the first is taken", stacklevel=4)
+    if image is None or is_deep_tiff(image):
+        color, alpha, orientation = decode_deep_tiff(data)
     else:
         if _is_deep_png(image):
             color, alpha = _deep_png(data, cast("ImageFile", image))
@@ -69,25 +68,42 @@ def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, Fl
             color, alpha = _deep_grey(image)
         else:
             flat, alpha = _flat(image)
-            orientation = image.getexif().get(_ORIENTATION, 1)
-            return _in_srgb(name, flat, image.info.get("icc_profile")), alpha, orientation
-        orientation = image.getexif().get(_ORIENTATION, 1)
-        profile = image.info.get("icc_profile")
-    if profile and not _is_srgb(profile) and np.isfinite(color).all():
+            return in_srgb(name, flat, image.info), alpha, _orientation(name, image)
+        orientation = _orientation(name, image)
+    info = {} if image is None else image.info
+    if other_profile(info) and np.isfinite(color).all():
         levels = np.rint(np.clip(color, 0, 1) * 255).astype(np.uint8)
-        color = _in_srgb(name, Image.fromarray(levels[..., 0] if levels.shape[2] == 1 else levels), profile)
+        color = in_srgb(name, Image.fromarray(levels[..., 0] if levels.shape[2] == 1 else levels), info)
+    else:
+        color = without_gamma(color, info)
     return color, alpha, orientation
+
+
+def _orientation(name: str, image: Image) -> int:
+    """Return the EXIF orientation; 1, with a warning, where what the file says of itself cannot be read.
+
+    To be asked for once the pixels are decoded: those of a TIFF are turned then already.
+    """
+    try:
+        orientation: int = image.getexif().get(_ORIENTATION, 1)
+    except Exception as error:  # as decoders do, it meets damaged data with exceptions of every kind
+        reason = readable(str(error)[:150])
+        warnings.warn(f"{name}: its EXIF data cannot be read ({reason}); it is not turned", stacklevel=5)
+        return 1
+    return orientation
 
 
 def _flat(image: Image) -> tuple[Image, FloatArray | None]:
     """Return an 8-bit picture as Pillow's L, RGB or CMYK, and its alpha (H, W, 1) apart."""
     image.load()
+    if image.width * image.height > MAX_PIXELS:  # an icon's picture may be larger than its file's head says
+        raise ImageError(TOO_LARGE)
     alpha: FloatArray | None = None
     grey = image.mode in ("1", "L", "LA", "La")
     if "transparency" in image.info or image.mode in ("LA", "La", "PA", "RGBA", "RGBa"):
         image = (image.convert("LA") if image.mode == "La" else image).convert("RGBA")
         alpha = np.asarray(image.getchannel("A"), dtype=np.float32)[..., None] / np.float32(255)
-    wanted = "L" if grey else "CMYK" if image.mode == "CMYK" else "RGB"
+    wanted = "L" if grey else image.mode if image.mode in ("CMYK", "LAB") else "RGB"
     return image.convert(wanted), alpha
 
 
@@ -119,8 +135,8 @@ def _deep_png(data: bytes, image: ImageFile) -> tuple[FloatArray, FloatArray | N
         clear = np.all(pixels == np.array(image.info["transparency"], dtype=np.uint16), axis=2, keepdims=True)
         alpha = 1 - clear.astype(np.float32)
     elif pixels.shape[2] > num_colors:
-        alpha = _scaled(pixels[..., num_colors:])
-    return _scaled(pixels[..., :num_colors]), alpha
+        alpha = scaled(pixels[..., num_colors:])
+    return scaled(pixels[..., :num_colors]), alpha
 
 
 def _deep_grey(image: Image) -> tuple[FloatArray, FloatArray | None]:
@@ -137,84 +153,3 @@ def _deep_grey(image: Image) -> tuple[FloatArray, FloatArray | None]:
         bits, white_is_zero = tags[258][0], tags.get(262) == 0
     grey: FloatArray = (pixels / (2.0**bits - 1)).astype(np.float32)
     return (np.subtract(1, grey) if white_is_zero else grey), alpha
-
-
-def _is_deep_tiff(image: Image) -> bool:
-    """Whether a picture is a grey or RGB TIFF of more than 8 bits a number that imageio decodes without more packages.
-
-    In other compressions Pillow reads it, colours at 8 bits.
-    """
-    if image.format != "TIFF":
-        return False
-    tags = image.tag_v2  # type: ignore[attr-defined]  # of Pillow's TIFF pictures
-    deep = max(tags.get(258, (1,))) > 8 and tags.get(262) in (0, 1, 2)
-    return deep and tags.get(259, 1) in _TIFF_COMPRESSIONS
-
-
-def _deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
-    """Decode a TIFF's numbers as they are; the third item is its orientation."""
-    from imageio import v3 as imageio
-
-    log = logging.getLogger("tifffile")
-    if not log.hasHandlers():  # else what it says of damaged files is printed, beside the exception
-        log.addHandler(logging.NullHandler())
-    file: Any  # the plugin has arguments that the base class does not declare
-    with imageio.imopen(data, "r", plugin="tifffile") as file:
-        tags = file.metadata(index=0, page=0)
-        if tags["ImageWidth"] * tags["ImageLength"] > MAX_PIXELS:
-            raise ImageError(TOO_LARGE)
-        pixels = np.asarray(file.read(index=0, page=0))
-    if pixels.ndim == 2:
-        pixels = pixels[..., None]
-    elif tags.get("PlanarConfiguration") == 2:
-        pixels = np.moveaxis(pixels, 0, -1)
-    photometric = int(tags.get("PhotometricInterpretation", -1))
-    num_colors = {0: 1, 1: 1, 2: 3}.get(photometric, 0)
-    if not num_colors or pixels.ndim != 3 or pixels.shape[2] < num_colors or pixels.dtype.kind not in "buf":
-        raise ImageError("a TIFF of neither grey nor RGB in unsigned or float numbers; save it as such, or as PNG")
-    numbers = _scaled(pixels)
-    color: FloatArray = numbers[..., :num_colors]
-    alpha: FloatArray | None = None
-    if photometric == 0 and pixels.dtype.kind != "f":
-        color = np.float32(1) - color
-    extra = np.atleast_1d(tags.get("ExtraSamples", ()))
-    if pixels.shape[2] > num_colors and extra.size and extra[0] in (1, 2):
-        alpha = numbers[..., num_colors : num_colors + 1]
-        if extra[0] == 1:
-            color = np.divide(
-                color, np.where(alpha > 0, alpha, 1), dtype=np.float32
-            )  # the file holds premultiplied colours
-    return color, alpha, int(tags.get("Orientation", 1))
-
-
-def _scaled(pixels: NDArray[Any]) -> FloatArray:
-    """Return unsigned numbers as shares of the largest of their type, and floats as they are."""
-    largest = float(np.iinfo(pixels.dtype).max) if pixels.dtype.kind == "u" else 1.0
-    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, which read_image refuses
-        shares: FloatArray = (pixels / largest).astype(np.float32)
-    return shares
-
-
-def _is_srgb(profile: bytes) -> bool:
-    """Whether a colour profile calls itself sRGB; False where it cannot be read."""
-    from PIL import ImageCms
-
-    try:
-        return "srgb" in ImageCms.getProfileDescription(ImageCms.ImageCmsProfile(io.BytesIO(profile))).lower()
-    except (ImageCms.PyCMSError, OSError):
-        return False
-
-
-def _in_srgb(name: str, image: Image, profile: bytes | None) -> FloatArray:
-    """Return an 8-bit L, RGB or CMYK picture as sRGB, (H, W, 3), through its colour profile where it has one."""
-    from PIL import ImageCms
-
-    if profile and not _is_srgb(profile):
-        try:
-            source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
-            converted = ImageCms.profileToProfile(image, source, ImageCms.createProfile("sRGB"), outputMode="RGB")
-            image = converted or image
-        except (ImageCms.PyCMSError, OSError, ValueError):
-            warnings.warn(f"{name}: its colour profile cannot be applied; colours are taken as sRGB", stacklevel=4)
-    rgb: FloatArray = np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255)
-    return rgb

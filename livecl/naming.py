@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from livecl import bezier
 from livecl.colors import color_names, parse_rgba
+from livecl.errors import readable
 
 if TYPE_CHECKING:
     from livecl.drawing import Drawing
@@ -25,8 +26,7 @@ _ROWS, _COLUMNS = ("top", "", "bottom"), ("left", "", "right")
 
 def clean_name(text: str) -> str:
     """Return a name on one line, cut at 120 characters: what cannot be seen becomes a space, and runs of spaces one."""
-    visible = "".join(character if character.isprintable() else " " for character in text[: 4 * MAX_NAME])
-    return " ".join(visible.split())[:MAX_NAME].rstrip()
+    return readable(text[: 4 * MAX_NAME])[:MAX_NAME].rstrip()
 
 
 def layer_labels(drawing: Drawing) -> tuple[str, ...]:

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import dataclasses
-import math
+import reprlib
+import sys
 from collections.abc import Callable
 from typing import Any, Literal, get_args, get_type_hints
 
@@ -117,15 +118,16 @@ class Options:
     def __post_init__(self) -> None:
         for name, hint in get_type_hints(Options).items():
             value = getattr(self, name)
+            got = f"{name}: got {reprlib.repr(value)}, wanted"
             if hint is bool and not isinstance(value, bool):
-                raise ValueError(f"{name}: got {value!r}, wanted True or False")
+                raise ValueError(f"{got} True or False")
             least = 0 if name == "revisions" else 1
             if hint is int and (isinstance(value, bool) or not isinstance(value, int) or value < least):
-                raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least {least}")
-            if hint is float and not (isinstance(value, (int, float)) and math.isfinite(value) and value >= 0):
-                raise ValueError(f"{name}: got {value!r}, wanted a number of at least 0")
+                raise ValueError(f"{got} a whole number of at least {least}")
+            if hint is float and not _is_amount(value):
+                raise ValueError(f"{got} a number of at least 0")
             if get_args(hint) and value not in get_args(hint):
-                raise ValueError(f"{name}: got {value!r}, wanted {' or '.join(map(repr, get_args(hint)))}")
+                raise ValueError(f"{got} {' or '.join(map(repr, get_args(hint)))}")
         for name in ("radius", "tau", "learning_rate", "color_learning_rate", "decay"):
             if getattr(self, name) == 0:
                 raise ValueError(f"{name}: got 0, wanted a positive number")
@@ -165,6 +167,12 @@ class Options:
         """
         baseline = {"loss": "mse", "xing_weight": 0.0, "placement": "random", "shape": "random", "new_color": "random"}
         return cls(**{**_PAPER, **baseline, **changes})
+
+
+def _is_amount(value: Any) -> bool:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return False
+    return 0 <= value <= sys.float_info.max  # also a whole number may be larger than any float
 
 
 _PAPER: dict[str, Any] = {

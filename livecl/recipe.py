@@ -8,7 +8,8 @@ import functools
 import hashlib
 import itertools
 import json
-from collections.abc import Callable, Sequence
+import reprlib
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -82,14 +83,16 @@ class Recipe:
         parse_schedule(self.schedule, self.paths)
         working_size((1, 1), self.size)
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            raise ValueError(f"seed: got {self.seed!r}, wanted a whole number of at least 0")
+            raise ValueError(f"seed: got {reprlib.repr(self.seed)}, wanted a whole number of at least 0")
         if self.precision not in range(MAX_PRECISION + 1):
-            raise ValueError(f"precision: got {self.precision!r}, wanted 0 to {MAX_PRECISION} decimals")
+            raise ValueError(f"precision: got {reprlib.repr(self.precision)}, wanted 0 to {MAX_PRECISION} decimals")
         if self.layers not in LAYER_STYLES:
-            raise ValueError(f"layers: got {self.layers!r}, wanted {' or '.join(map(repr, LAYER_STYLES))}")
+            raise ValueError(f"layers: got {reprlib.repr(self.layers)}, wanted {' or '.join(map(repr, LAYER_STYLES))}")
         num_layers = 0 if self.start is None else self.start.num_layers
-        if any(layer not in range(num_layers) for layer in self.lock):
-            raise ValueError(f"lock: got {self.lock!r}, wanted numbers of the {num_layers} layers of start, from 0 on")
+        if not isinstance(self.lock, Iterable) or any(layer not in range(num_layers) for layer in self.lock):
+            raise ValueError(
+                f"lock: got {reprlib.repr(self.lock)}, wanted numbers of the {num_layers} layers of start, from 0 on"
+            )
         if self.start is not None and self.options.variant == "released":
             raise ValueError("start: variant 'released' trains the newest paths only, so it starts from nothing")
 

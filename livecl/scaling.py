@@ -7,6 +7,8 @@ drawing is scaled back.
 
 from __future__ import annotations
 
+import reprlib
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -32,7 +34,7 @@ def working_size(size: tuple[int, int], longest: int) -> tuple[int, int]:
     (240, 240)
     """
     if isinstance(longest, bool) or not isinstance(longest, int) or longest < 0:
-        raise ValueError(f"size: got {longest!r}, wanted a whole number of pixels, or 0 for all pixels")
+        raise ValueError(f"size: got {reprlib.repr(longest)}, wanted a whole number of pixels, or 0 for all pixels")
     height, width = size
     if not longest or max(size) <= longest:
         return height, width

@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Sequence
 
 #: The most paths that a stage of the growing schedule adds (the paper's implementation details).
 MOST_PER_STAGE = 32
 #: Paths where neither a number nor a list is given, and the most where the number is left to the program.
 DEFAULT_PATHS, MOST_AUTO_PATHS = 8, 256
+#: Most paths that may be asked for: what reads drawings reads no more elements.
+MAX_PATHS = 100_000
 
 
 def growing_schedule(paths: int) -> tuple[int, ...]:
@@ -49,8 +52,8 @@ def parse_schedule(schedule: str | Sequence[int] | None, paths: int | str | None
         if not (schedule is None or (isinstance(schedule, str) and schedule == "exp")):
             raise ValueError("schedule: a list fixes the number of paths, so paths cannot be 'auto'")
         return growing_schedule(MOST_AUTO_PATHS)
-    if paths is not None and (isinstance(paths, bool) or not isinstance(paths, int) or paths < 1):
-        raise ValueError(f"paths: got {paths!r}, wanted a whole number of at least 1, or 'auto'")
+    if paths is not None and (isinstance(paths, bool) or not isinstance(paths, int) or not 1 <= paths <= MAX_PATHS):
+        raise ValueError(f"paths: got {reprlib.repr(paths)}, wanted a whole number from 1 to {MAX_PATHS}, or 'auto'")
     if schedule is None or (isinstance(schedule, str) and schedule == "exp"):
         return growing_schedule(DEFAULT_PATHS if paths is None else paths)
     parts = schedule.split(",") if isinstance(schedule, str) else schedule
@@ -61,7 +64,12 @@ def parse_schedule(schedule: str | Sequence[int] | None, paths: int | str | None
     except (TypeError, ValueError, OverflowError):
         stages = ()
     if not stages or min(stages) < 1:
-        raise ValueError(f"schedule: got {schedule!r}, wanted 'exp' or positive whole numbers such as 1,1,2,4")
+        raise ValueError(
+            f"schedule: got {reprlib.repr(schedule)}, wanted 'exp' or positive whole numbers such as 1,1,2,4"
+        )
+    if sum(stages) > MAX_PATHS:
+        raise ValueError(f"schedule: {reprlib.repr(schedule)} adds more than {MAX_PATHS} paths")
     if paths is not None and sum(stages) != paths:
-        raise ValueError(f"schedule: {','.join(map(str, stages))} adds {sum(stages)} paths, but paths is {paths}")
+        listed = reprlib.repr(",".join(map(str, stages))).strip("'")
+        raise ValueError(f"schedule: {listed} adds {sum(stages)} paths, but paths is {paths}")
     return stages

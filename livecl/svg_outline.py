@@ -40,14 +40,16 @@ def path_outline(data: str) -> list[FloatArray]:
     data = data.strip()
     if data in ("", "none"):
         return []
+    if data[0] not in "Mm":
+        raise ValueError(f"path data {_excerpt(data, 0)} cannot be read; it has to begin with M")
     data = re.sub(r"(\d)\.(?!\d)", r"\1", data)  # svgelements does not know "3." for 3
     path, lexer = Path(), SVGLexicalParser()
     try:
         lexer.parse(path, data)
     except (ValueError, TypeError, ZeroDivisionError, OverflowError) as error:
         raise ValueError(f"path data {_excerpt(data, lexer.pos)} cannot be read") from error
-    if data[0] not in "Mm" or lexer.pos < lexer.limit:
-        raise ValueError(f"path data {_excerpt(data, lexer.pos if data[0] in 'Mm' else 0)} cannot be read")
+    if lexer.pos < lexer.limit:
+        raise ValueError(f"path data {_excerpt(data, lexer.pos)} cannot be read")
     return _closed(path)
 
 

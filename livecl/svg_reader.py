@@ -14,7 +14,7 @@ import numpy as np
 
 from livecl import bezier
 from livecl.drawing import Drawing
-from livecl.errors import SvgError
+from livecl.errors import SvgError, readable
 from livecl.svg_document import parse_document, read_document
 from livecl.svg_walker import Layer, Walker
 from livecl.svg_writer import MAX_PRECISION
@@ -55,7 +55,7 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
             walker = Walker(parse_document(data))
             drawing = _drawing(walker.layers, walker.size)
     except ValueError as error:
-        raise SvgError(f"{name}: {error}") from error
+        raise SvgError(f"{name}: {readable(str(error))}") from error
     if walker.left_out:
         counts = ", ".join(f"{kind} ({count})" for kind, count in sorted(walker.left_out.items()))
         warnings.warn(f"{name}: not representable as closed filled paths: {counts}", stacklevel=2)

@@ -83,7 +83,7 @@ def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inksc
         lines.append(
             f'  <rect id="background" width="{width}" height="{height}" fill="{format_rgb(drawing.background)}"/>'
         )
-    groups = _stage_groups(drawing)
+    groups = _stage_groups(drawing) if layers == "inkscape" else []
     labels = drawing.labels
     ids = _unique_ids(labels, reserved=["background", *(group_id for group_id, _, _ in groups)])
     paths = [
@@ -92,11 +92,10 @@ def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inksc
     ]
     if layers == "plain":
         lines.extend(f"  {path}" for path in paths)
-    else:
-        for group_id, label, members in groups:
-            lines.append(f'  <g inkscape:groupmode="layer" inkscape:label="{label}" id="{group_id}">')
-            lines.extend(f"    {paths[layer]}" for layer in members)
-            lines.append("  </g>")
+    for group_id, label, members in groups:
+        lines.append(f'  <g inkscape:groupmode="layer" inkscape:label="{label}" id="{group_id}">')
+        lines.extend(f"    {paths[layer]}" for layer in members)
+        lines.append("  </g>")
     lines.append("</svg>\n")
     return "\n".join(lines)
 

@@ -122,6 +122,7 @@ def test_the_command_line_comes_before_the_file(tmp_path: Path) -> None:
         ("loss = 'l1'", "argument --loss: invalid choice: 'l1'"),
         ("tau = nan", "argument --tau: got 'nan', wanted a number of at least 0"),
         ("seed = -1", "argument --seed: got '-1'"),
+        ("tau = '\\x'", "argument --tau: got '\\\\x', wanted a number of at least 0"),
     ],
 )
 def test_files_are_refused_by_name(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, message: str) -> None:

@@ -19,6 +19,7 @@ KNOWN = ["paths", "xing_weight", "loss", "untangle", "schedule"]
         {},
         {"paths": 8, "xing_weight": 1e-06, "loss": "mse", "untangle": False, "schedule": [1, 2, 4]},
         {"paths": -3, "xing_weight": 2.5e300, "loss": 'quoted "text" \\ ü \n \x01', "untangle": True},
+        {"loss": "\U0001f600 \x7f"},  # JSON writes the one as a pair, which TOML has not, and the other as it is
     ],
 )
 def test_round_trip(tmp_path: Path, values: dict[str, Any]) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from picture_files import encoded, png16, png_chunk, tiff
 from PIL import Image, ImageCms
 
 from livecl.errors import ImageError
@@ -20,44 +21,6 @@ from livecl.image import as_image, over_background, premultiplied, read_image, s
 RNG = np.random.default_rng(7)
 LEVELS = RNG.integers(0, 256, (5, 7, 3), dtype=np.uint8)
 DEEP = RNG.integers(0, 65536, (5, 7, 4), dtype=np.uint16)
-
-
-def encoded(image: Image.Image, kind: str = "PNG", **options: Any) -> bytes:
-    stream = io.BytesIO()
-    image.save(stream, kind, **options)
-    return stream.getvalue()
-
-
-def png_chunk(name: bytes, content: bytes) -> bytes:
-    return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
-
-
-def png16(pixels: NDArray[np.uint16], *chunks: bytes) -> bytes:
-    """Return a 16-bit PNG whose rows use the filters none, sub and up in turn."""
-    height, width, num_channels = pixels.shape
-    color_type = {1: 0, 2: 4, 3: 2, 4: 6}[num_channels]
-    rows = pixels.astype(">u2").reshape(height, -1).view(np.uint8).astype(np.int64)
-    body, above = b"", np.zeros(rows.shape[1], dtype=np.int64)
-    for i, row in enumerate(rows):
-        left = np.concatenate([np.zeros(2 * num_channels, dtype=np.int64), row[: -2 * num_channels]])
-        filtered = row - (np.zeros_like(row), left, above)[i % 3]
-        body += bytes([i % 3]) + (filtered % 256).astype(np.uint8).tobytes()
-        above = row
-    header = struct.pack(">IIBBBBB", width, height, 16, color_type, 0, 0, 0)
-    return (
-        b"\x89PNG\r\n\x1a\n"
-        + png_chunk(b"IHDR", header)
-        + b"".join(chunks)
-        + png_chunk(b"IDAT", zlib.compress(body))
-        + png_chunk(b"IEND", b"")
-    )
-
-
-def tiff(pixels: NDArray[Any], **options: Any) -> bytes:
-    tifffile = pytest.importorskip("tifffile")
-    stream = io.BytesIO()
-    tifffile.imwrite(stream, pixels, **options)
-    return stream.getvalue()
 
 
 def as_shares(pixels: NDArray[Any]) -> NDArray[np.float64]:
@@ -152,7 +115,6 @@ def test_deep_tiff() -> None:
     check(tiff(DEEP, photometric="rgb", extrasamples=["unassalpha"]), as_shares(DEEP))
     check(tiff(grey, photometric="minisblack"), as_shares(grey)[..., None].repeat(3, axis=2))
     check(tiff(grey, photometric="miniswhite"), 1 - as_shares(grey)[..., None].repeat(3, axis=2))
-    check(tiff(np.stack([rgb, rgb[::-1]]), photometric="rgb"), as_shares(rgb))
 
 
 def test_premultiplied_tiff_becomes_straight() -> None:
@@ -183,12 +145,6 @@ def test_float_tiff_with_other_numbers(value: float, words: str) -> None:
 def test_tiff_of_signed_numbers_is_refused() -> None:
     with pytest.raises(ImageError, match="unsigned or float"):
         read_image(tiff(DEEP[..., 0].astype(np.int16), photometric="minisblack"))
-
-
-def test_animation_gives_its_first_frame() -> None:
-    frames = [Image.new("RGB", (6, 4), color) for color in ("red", "lime", "blue")]
-    data = encoded(frames[0], "GIF", save_all=True, append_images=frames[1:])
-    check(data, np.broadcast_to([1.0, 0.0, 0.0], (4, 6, 3)))
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))

@@ -116,11 +116,20 @@ def test_counts_may_be_small(name: str) -> None:
             Options(**{name: 0})
 
 
-@pytest.mark.parametrize("value", [-0.5, math.inf, -math.inf, math.nan, "1", None, [1.0]])
+@pytest.mark.parametrize("value", [-0.5, math.inf, -math.inf, math.nan, "1", None, [1.0], 10**400, True])
 @pytest.mark.parametrize("name", NUMBERS)
 def test_numbers_are_finite_and_not_negative(name: str, value: Any) -> None:
     with pytest.raises(ValueError, match=rf"^{name}: got "):
         Options(**{name: value})
+
+
+def test_what_was_got_is_quoted_in_part_where_it_is_long() -> None:
+    with pytest.raises(ValueError, match=r"^tau: got 'xxx") as caught:
+        Options(tau="x" * 10_000)  # type: ignore[arg-type]
+    assert len(str(caught.value)) < 100
+    with pytest.raises(ValueError, match=r"^background: got \[1000") as caught:
+        Options(background=[10**400])  # type: ignore[arg-type]
+    assert len(str(caught.value)) < 300
 
 
 @pytest.mark.parametrize("name", ["radius", "tau", "learning_rate", "color_learning_rate", "decay"])

@@ -76,3 +76,11 @@ def test_number_of_paths_is_a_positive_whole_number(paths: Any) -> None:
     for schedule in (None, "exp", "1,1"):
         with pytest.raises(ValueError, match=r"^paths: got "):
             parse_schedule(schedule, paths)
+
+
+@pytest.mark.parametrize(
+    ("schedule", "paths"), [(None, 10**9), (None, 10**400), ("1,1000000000", None), ([10**6], None)]
+)
+def test_more_paths_than_can_be_had_are_refused_at_once(schedule: Any, paths: Any) -> None:
+    with pytest.raises(ValueError, match=r"^(paths: got .* from 1 to 100000|schedule: .* more than 100000 paths)"):
+        parse_schedule(schedule, paths)

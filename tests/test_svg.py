@@ -320,3 +320,12 @@ def test_parse_color_refuses_translucent_and_other_types() -> None:
             parse_color(text)
     with pytest.raises(ValueError, match="color: got 3"):
         parse_color(3)  # type: ignore[arg-type]
+
+
+def test_plain_svg_keeps_no_ids_for_groups_that_it_does_not_have() -> None:
+    drawing = Drawing(
+        points=np.zeros((2, 3, 2)), colors=np.ones((2, 4)), size=(9, 9), stages=[0, 1], names=["stage-2", "a"]
+    )
+    text = format_svg(drawing, layers="plain")
+    assert '<path id="stage-2" ' in text
+    assert format_svg(read_svg(text.encode()), layers="plain") == text

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Colours of a picture to sRGB: colour profiles, a PNG's gamma, CMYK, Lab."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+#: Exponent of sRGB as PNG's gamma states it, and how far from 1 the exponent left over may be to be let be: the gamma
+#: that writers of sRGB state, 1/2.2, is a little off, and some say 1/2.3 or so for the same.
+_GAMMA, _NEGLIGIBLE = 2.2, 0.05
+#: Least and largest gamma taken at its word.
+_GAMMAS = (0.1, 10.0)
+
+FloatArray = NDArray[np.float32]
+
+
+def in_srgb(name: str, image: Image, info: Mapping[Any, Any]) -> FloatArray:
+    """Return an 8-bit L, RGB, CMYK or LAB picture as sRGB, through its colour profile where it has one.
+
+    Parameters
+    ----------
+    name : str
+        What to call the picture in a warning.
+    image : PIL.Image.Image
+        Pixels.
+    info : mapping
+        What the file says of them: Pillow's ``icc_profile``, ``gamma``, ``srgb``.
+
+    Returns
+    -------
+    (H, W, 3) float32
+        In [0, 1].
+    """
+    from PIL import ImageCms
+
+    profile = other_profile(info)
+    try:
+        if profile:
+            source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
+        elif image.mode == "LAB":
+            source = ImageCms.ImageCmsProfile(ImageCms.createProfile("LAB"))
+        if profile or image.mode == "LAB":
+            converted = ImageCms.profileToProfile(image, source, ImageCms.createProfile("sRGB"), outputMode="RGB")
+            return _shares(converted or image)
+    except (ImageCms.PyCMSError, OSError, ValueError, TypeError):
+        warnings.warn(f"{name}: its colour profile cannot be applied; colours are taken as sRGB", stacklevel=5)
+    return without_gamma(_shares(image), info)
+
+
+def other_profile(info: Mapping[Any, Any]) -> bytes | None:
+    """Return a picture's colour profile, None where it has none or one that calls itself sRGB."""
+    from PIL import ImageCms
+
+    profile: bytes | None = info.get("icc_profile") or None
+    try:
+        if profile and "srgb" in ImageCms.getProfileDescription(ImageCms.ImageCmsProfile(io.BytesIO(profile))).lower():
+            return None
+    except (ImageCms.PyCMSError, OSError, TypeError):
+        pass  # it cannot be read: who applies it says so
+    return profile
+
+
+def without_gamma(color: FloatArray, info: Mapping[Any, Any]) -> FloatArray:
+    """Return colours as sRGB where a PNG states another gamma, and neither sRGB nor a profile, which come first.
+
+    The file's numbers are light to the power of gamma; sRGB's are, as PNG has it, light to the power of 1/2.2.
+    """
+    gamma = info.get("gamma")
+    if gamma is None or "srgb" in info or info.get("icc_profile") or not _GAMMAS[0] <= gamma <= _GAMMAS[1]:
+        return color
+    exponent = 1 / (_GAMMA * gamma)
+    if abs(exponent - 1) <= _NEGLIGIBLE:
+        return color
+    return np.power(color, np.float32(exponent), dtype=np.float32)
+
+
+def _shares(image: Image) -> FloatArray:
+    rgb: FloatArray = np.array(image.convert("RGB"), dtype=np.float32)
+    rgb /= np.float32(255)
+    return rgb
