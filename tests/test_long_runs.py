@@ -15,10 +15,10 @@ import pytest
 SCRIPT = Path(__file__).resolve().parent / "long_runs.py"
 #: Bytes of the smallest block that malloc gives out on 64 bits: what a leak costs at least each time.
 SMALLEST_BLOCK = 32
-#: Memory that the heap may grow by when nothing leaks, as freed blocks of other sizes lie in between: some arenas' steps.
+#: Memory that the heap may grow by when nothing leaks, as freed blocks of other sizes lie in between: a few steps of it.
 SLACK = 1 << 20
-#: One part of a run may take so much more processor time than another: outlines grow, and machines are shared. Were each
-#: iteration to look at all those before, the last tenth would take nineteen times as long as the first.
+#: One part of a run may take so much more processor time than another: outlines grow, and machines are shared. Were
+#: each iteration to look at all those before, the last tenth would take nineteen times as long as the first.
 MOST_SLOWDOWN = 2.0
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="memory is read from /proc")
@@ -26,9 +26,7 @@ pytestmark = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="
 
 def long_run(kind: str, count: int) -> list[dict[str, Any]]:
     """Return what a long run says after each tenth."""
-    done = subprocess.run(
-        [sys.executable, str(SCRIPT), kind, str(count)], capture_output=True, text=True, check=False
-    )
+    done = subprocess.run([sys.executable, str(SCRIPT), kind, str(count)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     rows = [json.loads(line) for line in done.stdout.splitlines()]
     assert [row["done"] for row in rows] == [tenth * (count // 10) for tenth in range(1, 11)]

@@ -99,7 +99,7 @@ def test_cold_kernel_caches(tmp_path: Path) -> None:
 
 @pytest.mark.full
 def test_optimized_python() -> None:
-    assert digests_with(options=("-OO", "-B")) == digests_here(*small_runs.RUNS)
+    assert digests_with(options=("-O", "-B")) == digests_here(*small_runs.RUNS)
 
 
 @pytest.mark.full

@@ -111,6 +111,16 @@ def share_of_kinks(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray, ban
     return np.array(shares)
 
 
+def share_of_snapped(drawing: Drawing, pieces: ArrayLike) -> FloatArray:
+    """Return what the image may lack where single precision takes a small |A| for 0: (H, W, 1)."""
+    band = SNAP + coverage_tolerance(drawing, pieces)
+    share = np.zeros(drawing.size)
+    for layer, outlines in enumerate(flatten(drawing, pieces)):
+        area = np.abs(winding_area(outlines, drawing.size))
+        share += drawing.colors[layer, 3] * np.where(area <= band[layer], area, 0.0)
+    return share[..., None]
+
+
 def _d_coverage(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -> FloatArray:
     shares = reference.layer_coverages(drawing, pieces)
     return np.abs(composite_backward(d_image, shares, drawing.colors, drawing.background)[0])

@@ -17,6 +17,7 @@ from reference.rounding import (
     image_tolerance,
     points_rounding,
     share_of_kinks,
+    share_of_snapped,
 )
 
 from gradient_checks.findings import Finding, FloatArray
@@ -57,7 +58,11 @@ class Comparer:
         drawing, pieces = scene.case.drawing, scene.case.pieces
         single, double = self._losses(scene, np.float32), self._losses(scene, np.float64)
         image, allowed = double.rasterizer.forward(drawing, pieces), image_tolerance(drawing, pieces)
-        findings = [Finding.of(index, "image", single.rasterizer.forward(drawing, pieces), image, allowed)]
+        rendered = single.rasterizer.forward(drawing, pieces)
+        finding = Finding.of(index, "image", rendered, image, allowed)
+        if finding.of_rounding > 1:  # looked at only then, as it takes long
+            finding = Finding.of(index, "image", rendered, image, allowed, share_of_snapped(drawing, pieces))
+        findings = [finding]
         # The quadratic loss's own d_image is linear in the image: 2 weight (image - target) over a background, and
         # without one up to 6 weight times an error that all four channels have.
         factor = 2 if image.shape[2] == 3 else 6
@@ -68,7 +73,7 @@ class Comparer:
             layers, what = drawing.segment_layers, f"d_points, {loss}"
             rounding = points_rounding(drawing, pieces, d_image)[layers][:, None, None]
             finding = Finding.of(index, what, found.points, exact.points, rounding)
-            if finding.of_rounding > 1:  # looked at only then, as it takes long
+            if finding.of_rounding > 1:
                 kinks = self._kinks(scene, d_image)[layers][:, None, None]
                 finding = Finding.of(index, what, found.points, exact.points, rounding, kinks)
             findings.append(finding)
