@@ -36,7 +36,8 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 #: Relative. Measured (docs/reliability.md) between PoCL 3.0 and 3.1 with LLVM 14 and 15, kernels with and without fused
 #: multiply-add, numbers of threads, and linear algebra for processors from SSE2 to AVX2: renders differed by up to
-#: 1.8e-7, beginnings by up to 1.3e-6. Ten times that is allowed, as there are processors and compilers that were not measured.
+#: 1.8e-7, beginnings by up to 1.3e-6. Ten times that is allowed, as there are processors and compilers that were not
+#: measured.
 RENDER_TOLERANCE, BEGINNING_TOLERANCE = 1.8e-6, 1.3e-5
 #: Of outcomes, what is allowed beyond the range that noise makes of them.
 OUTCOME_FACTOR = 1.25

@@ -15,7 +15,7 @@ import pytest
 SCRIPT = Path(__file__).resolve().parent / "long_runs.py"
 #: Bytes of the smallest block that malloc gives out on 64 bits: what a leak costs at least each time.
 SMALLEST_BLOCK = 32
-#: Memory that the heap may grow by when nothing leaks, as freed blocks of other sizes lie in between: a few steps of it.
+#: Memory that the heap may grow by when nothing leaks, as freed blocks of other sizes lie in between.
 SLACK = 1 << 20
 #: One part of a run may take so much more processor time than another: outlines grow, and machines are shared. Were
 #: each iteration to look at all those before, the last tenth would take nineteen times as long as the first.
