@@ -65,12 +65,13 @@ def main(argv: list[str] | None = None) -> int:
     seconds = time.perf_counter() - start
     print(f"{arguments.drawings} drawings of seed {arguments.seed}, {differences} by differences; {seconds:.0f} s\n")
     print(table(findings))
-    beyond = sorted(findings, key=lambda finding: (finding.of_allowed, finding.of_rounding), reverse=True)
-    wrong = [finding for finding in beyond if not finding.of_allowed <= 1]
-    print("\nworst:" if arguments.worst else "")
-    for finding in (wrong + [finding for finding in beyond if finding.of_allowed <= 1])[: arguments.worst]:
-        print(describe(finding, arguments.seed))
-    return 1 if wrong else 0
+    beyond = sorted(findings, key=lambda finding: finding.of_allowed, reverse=True)
+    largest = sorted(findings, key=lambda finding: finding.relative, reverse=True)
+    for title, some in (("nearest to what is allowed, or beyond it", beyond), ("largest relative errors", largest)):
+        print(f"\n{title}:")
+        for finding in some[: arguments.worst]:
+            print(describe(finding, arguments.seed))
+    return 1 if any(not finding.of_allowed <= 1 for finding in findings) else 0
 
 
 if __name__ == "__main__":
