@@ -29,6 +29,9 @@ DEVIATIONS = 5
 #: whose squares add up to no more than one such rounding for each kind; 4 for where a line meets a pixel border.
 POSITION_ROUNDINGS = 3 + 3 + 4
 
+#: SNAP of kernels/common.h: single precision takes |A| for 0 below it, and for not yet saturated up to 1 + SNAP.
+SNAP = 128 * 2 * UNIT
+
 #: Roundings of `over` a layer, each of up to 1: opacity, coverage's product with it, difference, product, sum.
 OVER_ROUNDINGS = 5
 
@@ -60,20 +63,26 @@ def points_tolerance(
 ) -> FloatArray:
     """Return the error allowed for the entries of each segment's d_points: (M, 1, 1).
 
+    It is what rounding does, and what is in question at kinks. Not so `on_borders`: outlines on pixel borders have
+    whole numbers for coordinates, which both precisions hold.
+    """
+    tolerance = points_rounding(drawing, pieces, d_image)
+    if not on_borders:
+        tolerance += share_of_kinks(drawing, pieces, d_image, SNAP + coverage_tolerance(drawing, pieces))
+    return tolerance[drawing.segment_layers][:, None, None]
+
+
+def points_rounding(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -> FloatArray:
+    """Return what rounding may move the entries of each layer's d_points by: (N,).
+
     A line's ends receive n times the sum over its C crossed pixels of g times an integral over the line's share in the
     pixel, |n| being its length. In each pixel both ends of the share are off by a position's error, times g; and
     g = opacity G . (c - C) is off by what the image is off. A control point receives from its own segment's lines and
     from those of the one before.
-
-    Where |A| is within its own error of 0 or 1, single precision may take an empty or saturated pixel for another: then
-    the whole of its share is in question, which is g times the length of outline in the pixel. Not so `on_borders`:
-    outlines on pixel borders have whole numbers for coordinates, which both precisions hold.
     """
     pieces = np.asarray(pieces)
-    shares = reference.layer_coverages(drawing, pieces)
-    d_coverage = np.abs(composite_backward(d_image, shares, drawing.colors, drawing.background)[0])
+    d_coverage = _d_coverage(drawing, pieces, d_image)
     g_deviation = drawing.colors[:, 3] * np.sqrt(np.max(np.sum(d_image**2, axis=2))) * _image_deviation(drawing, pieces)
-    doubtful_band = coverage_tolerance(drawing, pieces)
     tolerances = []
     for layer, outlines in enumerate(flatten(drawing, pieces)):
         start, end = lines_of(outlines)
@@ -83,13 +92,38 @@ def points_tolerance(
         g = float(np.max(d_coverage[layer]))
         variance = crossed * (2 * (_position_deviation(drawing) * g) ** 2 + g_deviation[layer] ** 2)
         own = pieces[drawing.segment_layers == layer]
-        error = DEVIATIONS * np.sqrt(2 * np.max(np.add.reduceat(variance, np.cumsum(own) - own)))
-        if not on_borders:
-            area = np.abs(winding_area(outlines, drawing.size))
-            doubtful = np.argwhere(np.minimum(area, np.abs(area - 1)) <= doubtful_band[layer])
-            error += np.sum(d_coverage[layer][tuple(doubtful.T)] * _lengths(outlines, doubtful))
-        tolerances.append(error)
-    return np.array(tolerances)[drawing.segment_layers][:, None, None]
+        tolerances.append(DEVIATIONS * np.sqrt(2 * np.max(np.add.reduceat(variance, np.cumsum(own) - own))))
+    return np.array(tolerances)
+
+
+def share_of_kinks(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray, band: FloatArray) -> FloatArray:
+    """Return what the entries of each layer's d_points owe to pixels whose |A| is within `band` (N,) of 0 or 1: (N,).
+
+    An error of A within the band takes such a pixel for an empty or saturated one, or the other way round: then the
+    whole of its share is in question, which is g times the length of outline in the pixel.
+    """
+    d_coverage = _d_coverage(drawing, pieces, d_image)
+    shares = []
+    for layer, outlines in enumerate(flatten(drawing, pieces)):
+        area = np.abs(winding_area(outlines, drawing.size))
+        doubtful = np.argwhere(np.minimum(area, np.abs(area - 1)) <= band[layer])
+        shares.append(float(np.sum(d_coverage[layer][tuple(doubtful.T)] * _lengths(outlines, doubtful))))
+    return np.array(shares)
+
+
+def share_of_snapped(drawing: Drawing, pieces: ArrayLike) -> FloatArray:
+    """Return what the image may lack where single precision takes a small |A| for 0: (H, W, 1)."""
+    band = SNAP + coverage_tolerance(drawing, pieces)
+    share = np.zeros(drawing.size)
+    for layer, outlines in enumerate(flatten(drawing, pieces)):
+        area = np.abs(winding_area(outlines, drawing.size))
+        share += drawing.colors[layer, 3] * np.where(area <= band[layer], area, 0.0)
+    return share[..., None]
+
+
+def _d_coverage(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -> FloatArray:
+    shares = reference.layer_coverages(drawing, pieces)
+    return np.abs(composite_backward(d_image, shares, drawing.colors, drawing.background)[0])
 
 
 def _coverage_deviation(drawing: Drawing, pieces: ArrayLike) -> FloatArray:

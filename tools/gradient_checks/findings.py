@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is compared of one drawing, and how far it was off."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One kind of number of one drawing, such as the control points' gradient of one loss.
+
+    Attributes
+    ----------
+    index : int
+        The drawing.
+    what : str
+        The kind of number.
+    relative : float
+        Norm of the error over the norm of what is right; 0 where both are 0.
+    of_rounding : float
+        Largest error over what rounding (or the method of differences) may do: beyond 1, it needs another reason.
+    of_allowed : float
+        The same with what is in question at kinks of min(|A|, 1) added to what is allowed: beyond 1, it is wrong.
+    """
+
+    index: int
+    what: str
+    relative: float
+    of_rounding: float
+    of_allowed: float
+
+    @classmethod
+    def of(
+        cls,
+        index: int,
+        what: str,
+        found: FloatArray,
+        exact: FloatArray,
+        rounding: FloatArray | float,
+        kinks: FloatArray | float = 0.0,
+        norm: float | None = None,
+    ) -> Finding:
+        """Return the finding of numbers that should be `exact`, with the tolerances of each or of all.
+
+        `norm` is that of all numbers, where these are only some of them.
+        """
+        errors, norm = np.abs(found - exact), float(np.linalg.norm(exact)) if norm is None else norm
+        error = float(np.linalg.norm(errors))
+        with np.errstate(divide="ignore", invalid="ignore"):  # no error where none is allowed is none
+            of_rounding = np.nan_to_num(errors / rounding, nan=0.0, posinf=np.inf)
+            of_allowed = np.nan_to_num(errors / (rounding + kinks), nan=0.0, posinf=np.inf)
+        finite = bool(np.isfinite(found).all())
+        return cls(
+            index=index,
+            what=what,
+            relative=0.0 if error == 0 else error / norm if norm else np.inf,
+            of_rounding=float(np.max(of_rounding, initial=0.0)) if finite else np.inf,
+            of_allowed=float(np.max(of_allowed, initial=0.0)) if finite else np.inf,
+        )
+
+
+def table(findings: Sequence[Finding]) -> str:
+    """Return the distribution of the errors of each kind of number, as a Markdown table."""
+    rows = [
+        "| | median | 99.9 % | worst | beyond rounding, at kinks | wrong |",
+        "|---|--:|--:|--:|--:|--:|",
+    ]
+    for what in dict.fromkeys(finding.what for finding in findings):
+        own = [finding for finding in findings if finding.what == what]
+        relative = np.array([finding.relative for finding in own])
+        middle, high = np.quantile(relative, [0.5, 0.999], method="higher")
+        wrong = sum(not finding.of_allowed <= 1 for finding in own)
+        kinks = sum(finding.of_rounding > 1 for finding in own) - wrong
+        rows.append(f"| {what} | {middle:.1e} | {high:.1e} | {relative.max():.1e} | {kinks} | {wrong} |")
+    return "\n".join(rows)
