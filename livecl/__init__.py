@@ -22,7 +22,6 @@ if TYPE_CHECKING:
         ImageError,
         KernelBuildError,
         LiveclError,
-        RunError,
         SvgError,
     )
     from livecl.image import read_image
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from livecl.options import Options
     from livecl.rasterizer import Gradients, Rasterizer, render
     from livecl.recipe import Recipe
-    from livecl.result import Result
+    from livecl.result import Result, RunError
     from livecl.sequences import SequenceResult, vectorize_sequence
     from livecl.state import State
     from livecl.svg import read_svg
@@ -78,7 +77,6 @@ _MODULES = {
         "ImageError",
         "KernelBuildError",
         "LiveclError",
-        "RunError",
         "SvgError",
     ],
     "image": ["read_image"],
@@ -89,7 +87,7 @@ _MODULES = {
     "sequences": ["SequenceResult", "vectorize_sequence"],
     "state": ["State"],
     "svg": ["read_svg"],
-    "result": ["Result"],
+    "result": ["Result", "RunError"],
     "vectorization": ["vectorize"],
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

@@ -13,11 +13,11 @@ from livecl.cli_control import beginning, going_on
 from livecl.cli_messages import complain, say
 from livecl.cli_outputs import STANDARD, Finished, Output, write_svg
 from livecl.cli_request import Job
-from livecl.errors import LiveclError, RunError
+from livecl.errors import LiveclError
 from livecl.files import remove_leftovers, write_atomically
 from livecl.interrupts import Interrupted, Interrupts
 from livecl.progress import RunProgress
-from livecl.result import Result
+from livecl.result import Result, RunError
 from livecl.scaling import working_size
 
 #: Exit code of what went wrong while working.

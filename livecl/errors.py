@@ -6,11 +6,6 @@ Wrong arguments raise :class:`ValueError` or :class:`TypeError`; the classes her
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from livecl.result import Result
-
 
 class LiveclError(Exception):
     """Base class of the errors that livecl raises."""
@@ -53,20 +48,6 @@ class SvgError(LiveclError):
 
 class ImageError(LiveclError):
     """A picture cannot be read or is of a kind that cannot be vectorized."""
-
-
-class RunError(LiveclError):
-    """A run failed when it was under way; `__cause__` is the error itself.
-
-    Attributes
-    ----------
-    result : Result or None
-        What was good before; None where nothing was.
-    """
-
-    def __init__(self, message: str, result: Result | None) -> None:
-        super().__init__(message)
-        self.result = result
 
 
 def readable(text: str) -> str:

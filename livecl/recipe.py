@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from livecl import __version__
-from livecl.errors import RunError
 from livecl.options import Options
 from livecl.scaling import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.schedule import parse_schedule
@@ -158,6 +157,7 @@ class Recipe:
         from livecl.image import as_image
         from livecl.metrics import mse
         from livecl.rasterizer import render
+        from livecl.result import RunError
         from livecl.vectorization import vectorize
 
         pixels = as_image(image)

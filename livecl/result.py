@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run leaves: the drawing, and the course of its stages."""
+"""What a run leaves: the drawing, and the course of its stages; also where it fails."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import dataclasses
 import os
 
 from livecl.drawing import Drawing
+from livecl.errors import LiveclError
 from livecl.options import Options
 from livecl.svg import LayerStyle, format_svg, save_svg
 
@@ -76,3 +77,17 @@ class Result:
 
     def _repr_svg_(self) -> str:
         return self.svg
+
+
+class RunError(LiveclError):
+    """A run failed when it was under way; `__cause__` is the error itself.
+
+    Attributes
+    ----------
+    result : Result or None
+        What was good before; None where nothing was.
+    """
+
+    def __init__(self, message: str, result: Result | None) -> None:
+        super().__init__(message)
+        self.result = result

@@ -15,11 +15,11 @@ from livecl.background import background_for
 from livecl.checkpoint import Checkpoints, Record, identity_of, load_checkpoint
 from livecl.control import Control, Watch
 from livecl.drawing import Drawing, empty_drawing
-from livecl.errors import LiveclError, RunError
+from livecl.errors import LiveclError
 from livecl.image import as_image
 from livecl.loop import Loop
 from livecl.options import Options
-from livecl.result import Result, Stage
+from livecl.result import Result, RunError, Stage
 from livecl.schedule import parse_schedule
 from livecl.state import State
 from livecl.vectorizer import Picture, Step, Vectorizer
