@@ -38,7 +38,7 @@ class Recipe:
     """What is to be done to each of any number of pictures.
 
     The same recipe, picture and device give the same SVG, to the last byte, wherever they meet: in this process, in a
-    worker, on another machine.
+    worker, on another machine with a processor and versions like these.
 
     Parameters
     ----------
