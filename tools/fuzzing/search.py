@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hypothesis looks for cases that go wrong, and makes each as small as it can.
 
-The makers of cases are the fuzzer's own, on random numbers that Hypothesis chooses, and so can make smaller; where
-their content hangs on NumPy's generators, which it cannot choose for, cases are made of strategies here. Cases are
-tried in this process: what crashes it, fills the memory or never ends is for the worker to find.
+The makers of cases are the fuzzer's own, on random numbers that Hypothesis chooses, and so can make smaller. Where
+their content hangs on NumPy's generators, which it cannot choose for, cases are made of strategies here. Small means few
+and simple choices: of a picture file few changes are left, but no smaller file. Cases are tried in this process: what
+crashes it, fills the memory or never ends is for the worker to find.
 """
 
 from __future__ import annotations
 
 import collections
 import dataclasses
+import random
 from typing import Any
 
 import numpy as np
@@ -21,7 +23,9 @@ from hypothesis.extra.numpy import arrays
 
 from fuzzing import drawings, runs
 from fuzzing.kind import Kind
-from fuzzing.worker import Finding, described, strictly_checked
+from fuzzing.mutation import mutated
+from fuzzing.svgs import Grammar
+from fuzzing.worker import described, strictly_checked
 
 #: Most subpaths of a layer and layers of a drawing; `tools/fuzz.py` tries many without Hypothesis.
 MOST_SUBPATHS, MOST_LAYERS = 3, 4
@@ -35,7 +39,7 @@ LARGEST_SIDE = 12
 class Smallest:
     """The smallest case found that goes wrong at a place; `always` is False where it did not do so again."""
 
-    finding: Finding
+    what: str
     case: Any
     always: bool = True
 
@@ -81,7 +85,7 @@ def search(
             counts[strictly_checked(kind, case)] += 1
         except Exception as error:
             where, what = described(error)
-            last[where] = Smallest(Finding(counts.total(), where, what), case)
+            last[where] = Smallest(what, case)
             raise
 
     try:
@@ -97,8 +101,15 @@ def search(
 
 def cases_of(name: str, kind: Kind) -> st.SearchStrategy[Any]:
     """Return what the cases of a kind are drawn from."""
-    made = st.randoms(use_true_random=False).map(kind.make)
-    return {"drawings": drawing_cases(), "runs": run_cases(made)}.get(name, made)
+    numbers = st.randoms(use_true_random=False)
+    made = numbers.map(kind.make)
+    return {"svgs": numbers.map(document), "drawings": drawing_cases(), "runs": run_cases(made)}.get(name, made)
+
+
+def document(rng: random.Random) -> bytes:
+    """Return a document by the grammar, some changed bytewise; a whole file is few choices, but no small case."""
+    made = Grammar(rng, rng.choice((0.0, 0.003, 0.05))).document()
+    return made if rng.random() < 0.7 else mutated(rng, made, [made])
 
 
 @st.composite
