@@ -2,9 +2,9 @@
 """Hypothesis looks for cases that go wrong, and makes each as small as it can.
 
 The makers of cases are the fuzzer's own, on random numbers that Hypothesis chooses, and so can make smaller. Where
-their content hangs on NumPy's generators, which it cannot choose for, cases are made of strategies here. Small means few
-and simple choices: of a picture file few changes are left, but no smaller file. Cases are tried in this process: what
-crashes it, fills the memory or never ends is for the worker to find.
+their content hangs on NumPy's generators, which it cannot choose for, cases are made of strategies here. Small means
+few and simple choices: of a picture file few changes are left, but no smaller file. Cases are tried in this process:
+what crashes it, fills the memory or never ends is for the worker to find.
 """
 
 from __future__ import annotations
