@@ -226,7 +226,8 @@ __kernel void coverage_backward(int4 band, int num_lines, int width, int height,
     int steep = MAGNITUDE(d.y) >= MAGNITUDE(d.x), sign_x = normal.x < 0 ? -1 : 1, sign_y = normal.y < 0 ? -1 : 1;
     real start = steep ? line.y : line.x, per_px = 1 / (steep ? d.y : d.x);
     int top = band.z * LANES, bottom = min(height, band.w * LANES);  // rows beyond the band have their own turn
-    if ((d.x != 0 || d.y != 0) && clip_y(&part, top, bottom) && clip_x(&part, 0, width)) {
+    int some = MAGNITUDE(d.x) >= FLAT || MAGNITUDE(d.y) >= FLAT;
+    if (some && clip_y(&part, top, bottom) && clip_x(&part, 0, width)) {
         Walk walk = walk_begin(part);
         while (walk_next(&walk)) {
             Piece p = walk.piece;

@@ -18,13 +18,17 @@ typedef struct {
     Piece piece;
 } Walk;
 
+// A line that goes less far than this, px, in x or in y is taken not to go there at all where it is divided by how far it
+// goes: of subnormal numbers the quotients are infinite. What it misplaces is this high or wide at most.
+#define FLAT ((real)1e-30)
+
 // Cut the part of a line where its y lies within [low, high]; 0 where nothing is left. Cut ends lie exactly at the limit.
 inline int clip_y(real4 *line, real low, real high)
 {
     real4 v = *line;
     if ((v.y < low && v.w < low) || (v.y > high && v.w > high)) return 0;
     if (v.y >= low && v.w >= low && v.y <= high && v.w <= high) return 1;
-    real slope = v.w == v.y ? (real)0 : (v.z - v.x) / (v.w - v.y);
+    real slope = MAGNITUDE(v.w - v.y) < FLAT ? (real)0 : (v.z - v.x) / (v.w - v.y);
     real4 cut = v;
     if (v.y < low) cut.xy = (real2)(v.x + (low - v.y) * slope, low);
     if (v.y > high) cut.xy = (real2)(v.x + (high - v.y) * slope, high);
@@ -63,8 +67,8 @@ inline Walk walk_begin(real4 line)
     Walk walk;
     real dx = line.z - line.x, dy = line.w - line.y;
     walk.line = line;
-    walk.inverse_dx = dx != 0 ? 1 / dx : (real)0;
-    walk.inverse_dy = dy != 0 ? 1 / dy : (real)0;
+    walk.inverse_dx = MAGNITUDE(dx) < FLAT ? (real)0 : 1 / dx;
+    walk.inverse_dy = MAGNITUDE(dy) < FLAT ? (real)0 : 1 / dy;
     walk.step_x = dx < 0 ? -1 : 1;
     walk.step_y = dy < 0 ? -1 : 1;
     walk.piece.column = cell_entered(line.x, dx);

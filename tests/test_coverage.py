@@ -139,6 +139,23 @@ def test_what_lies_left_of_the_canvas_does_not_leak_in(rasterizer_for: Rasterize
         assert np.all(_of_path(rasterizer, drawings.blob(6, (8, 8), 60), (16, 17), 7) == 1)
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("start", [(0, 2), (2, 0), (0, 0)])
+@pytest.mark.parametrize("step", [(1, 0), (0, 1), (1, 1), (-1, 1)])
+def test_lines_that_go_less_far_than_can_be_divided_by(
+    rasterizer_for: RasterizerFor, dtype: type, start: tuple[int, int], step: tuple[int, int]
+) -> None:
+    """Across a pixel's border: 0 times infinity is no number, and the walk along such a line had no end."""
+    tiny = float(np.finfo(dtype).smallest_normal) / 8 * np.array(step)  # 1 / tiny is infinite
+    other = np.array(start) * 3.0
+    drawing = drawings.build([([drawings.polygon([start + tiny, other - tiny, (6, 4)])], drawings.WHITE)], (8, 8))
+    near = drawings.build([([drawings.polygon([start, other, (6, 4)])], drawings.WHITE)], (8, 8))
+    rasterizer = rasterizer_for((8, 8), dtype)
+    wanted = rasterizer.forward(near)
+    np.testing.assert_array_equal(rasterizer.forward(drawing), wanted)  # the difference is below the numbers' rounding
+    assert np.isfinite(rasterizer.backward(np.ones(wanted.shape)).points).all()
+
+
 def test_far_coordinates(rasterizer_for: RasterizerFor) -> None:
     triangle = drawings.polygon([(-9000.3, -4000.1), (8000.7, 6000.2), (-7000.9, 9000.4)])
     found = _of_path(rasterizer_for((30, 31), np.float64), triangle, (30, 31))

@@ -55,12 +55,17 @@ def kind_of(module: str) -> Kind:
 def tried(kind: Kind, case: Any, number: int) -> Finding | str:
     """Check a case and return what became of it."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            warnings.filterwarnings("error", category=RuntimeWarning, module="livecl")
-            return kind.check(case)
+        return strictly_checked(kind, case)
     except (Exception, TooLongError) as error:
         return Finding(number, *described(error))
+
+
+def strictly_checked(kind: Kind, case: Any) -> str:
+    """Check a case, where a numeric warning within livecl is an error; no other is shown."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        warnings.filterwarnings("error", category=RuntimeWarning, module="livecl")
+        return kind.check(case)
 
 
 def described(error: BaseException) -> tuple[str, str]:
