@@ -49,7 +49,7 @@ def test_a_drawing_is_made_small() -> None:
 
     (found,) = smallest("drawings", check, 300)
     assert found.always and found.what == "ZeroDivisionError: planted"
-    assert found.case["points"].shape == (2, 3, 2)  # a segment a layer
+    assert len(found.case["points"]) <= 4  # a segment or two a layer
     assert np.count_nonzero(found.case["points"]) <= 3
 
 
