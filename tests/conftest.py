@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import pathlib
+import signal
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,13 @@ if TYPE_CHECKING:
     from livecl.rasterizer import Rasterizer
 
 RasterizerFor = Callable[[tuple[int, int], type], "Rasterizer"]
+
+
+def pytest_configure() -> None:
+    """Have signals do what they usually do, where this process was started to ignore them, as in the background."""
+    for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, usual)
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
