@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.naming import clean_name
+from livecl.errors import readable
 
 #: Largest canvas side accepted, px.
 MAX_SIDE = 32768
+#: Longest name kept, characters.
+MAX_NAME = 120
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
@@ -77,3 +79,8 @@ def checked_integers(name: str, value: Any) -> IntArray:
     if np.any(array != np.rint(array)):
         raise ValueError(f"{name}: got {reprlib.repr(value)}, wanted whole numbers")
     return array.astype(np.int32)
+
+
+def clean_name(text: str) -> str:
+    """Return a name on one line, cut at 120 characters: what cannot be seen becomes a space, and runs of spaces one."""
+    return readable(text[: 4 * MAX_NAME])[:MAX_NAME].rstrip()

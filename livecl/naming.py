@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What layers are called: names kept clean, names made of colour and place, layers found by what people call them."""
+"""What layers are called: names made of colour and place, layers found by what people call them."""
 
 from __future__ import annotations
 
@@ -11,22 +11,15 @@ from numpy.typing import NDArray
 
 from livecl import bezier
 from livecl.colors import color_names, parse_rgba
-from livecl.errors import readable
+from livecl.drawing_checks import MAX_NAME, clean_name
 
 if TYPE_CHECKING:
     from livecl.drawing import Drawing
 
-#: Longest name kept, characters.
-MAX_NAME = 120
 #: Names that an error lists.
 _MAX_LISTED = 12
 
 _ROWS, _COLUMNS = ("top", "", "bottom"), ("left", "", "right")
-
-
-def clean_name(text: str) -> str:
-    """Return a name on one line, cut at 120 characters: what cannot be seen becomes a space, and runs of spaces one."""
-    return readable(text[: 4 * MAX_NAME])[:MAX_NAME].rstrip()
 
 
 def layer_labels(drawing: Drawing) -> tuple[str, ...]:

@@ -13,7 +13,8 @@ import pytest
 from livecl import bezier
 from livecl.colors import BASIC_COLORS, color_names, format_rgb, oklab, parse_color
 from livecl.drawing import Drawing, concatenate, empty_drawing
-from livecl.naming import MAX_NAME, clean_name, layer_centers
+from livecl.drawing_checks import MAX_NAME, clean_name
+from livecl.naming import layer_centers
 from livecl.options import Options
 from livecl.state import State
 
