@@ -15,7 +15,7 @@ import numpy as np
 from scipy import ndimage
 
 import livecl
-from livecl.optimizers import Adam
+from livecl.training.adam import Adam
 
 FOLDER = Path(__file__).resolve().parent
 SHIFT = (6.0, -5.0)

@@ -11,8 +11,8 @@ import tempfile
 from pathlib import Path
 
 import livecl
-from livecl.pictures import save_sheet
-from livecl.report import write_report
+from livecl.views.report.page import write_report
+from livecl.views.sheet import save_sheet
 
 FOLDER = Path(__file__).resolve().parent
 

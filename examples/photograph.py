@@ -13,9 +13,9 @@ from pathlib import Path
 import skimage.data
 
 import livecl
-from livecl.course import Course
-from livecl.image import as_image
-from livecl.scaling import reduced
+from livecl.image.reading import as_image
+from livecl.image.resizing import reduced
+from livecl.views.course import Course
 
 SIZE = 128
 

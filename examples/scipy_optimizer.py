@@ -15,7 +15,7 @@ import numpy as np
 import scipy.optimize
 
 import livecl
-from livecl.drawing import Drawing
+from livecl.drawing.drawing import Drawing
 from livecl.svg import quantize
 
 FOLDER = Path(__file__).resolve().parent

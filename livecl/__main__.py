@@ -3,7 +3,7 @@
 
 import sys
 
-from livecl.cli import main
+from livecl.cli.command import main
 
 if __name__ == "__main__":
     sys.exit(main())

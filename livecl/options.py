@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from typing import Any, Literal, get_args, get_type_hints
 
-from livecl.background import check_background
+from livecl.image.background import check_background
 
 #: Fall of the mean squared error that a path must be worth where the number of paths is left to the program. A black
 #: dot of one pixel on white, at 240 x 240, is worth 1.7e-5.

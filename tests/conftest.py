@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from livecl.rasterizer import Rasterizer
+    from livecl.rendering.rasterizer import Rasterizer
 
 RasterizerFor = Callable[[tuple[int, int], type], "Rasterizer"]
 
@@ -41,8 +41,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 @pytest.fixture(scope="session")
 def rasterizer_for(device: int | None) -> RasterizerFor:
     """Return a function (size, dtype) -> Rasterizer on the device, which builds each only once."""
-    from livecl.device import open_device
-    from livecl.rasterizer import Rasterizer
+    from livecl.opencl.device import open_device
+    from livecl.rendering.rasterizer import Rasterizer
 
     made: dict[tuple[tuple[int, int], type], Rasterizer] = {}
 

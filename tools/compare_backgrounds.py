@@ -23,8 +23,8 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 
 import livecl
-from livecl.image import over_background, read_image
-from livecl.metrics import mse
+from livecl.image.reading import over_background, read_image
+from livecl.layering.metrics import mse
 
 SIDE, CHECK = 240, 8
 WHITE, BLACK = np.ones(3), np.zeros(3)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 import livecl
 from livecl.options import PRESETS
-from livecl.pipeline import DistanceWeight
+from livecl.rendering.pipeline import DistanceWeight
 
 
 def rendered(drawing: livecl.Drawing, device: int) -> tuple[NDArray[Any], NDArray[Any]]:

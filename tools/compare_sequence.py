@@ -23,10 +23,10 @@ from animations.outputs import side_by_side
 from animations.strokes import DIGITS, draw_frames
 
 import livecl
-from livecl.frames import render_frames
-from livecl.image import save_image
-from livecl.interpolation import correspond
-from livecl.sequences import vectorize_sequence
+from livecl.image.reading import save_image
+from livecl.interpolation.blending import correspond
+from livecl.run.sequences import vectorize_sequence
+from livecl.views.frames import render_frames
 
 HEAD = "| digits | seconds, sequence | alone | ratio | MSE, sequence | alone | moved px, sequence | alone |"
 

@@ -23,10 +23,10 @@ from scipy import ndimage
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import livecl
-from livecl import bezier
-from livecl.drawing import Drawing
+from livecl.drawing.drawing import Drawing
 from livecl.errors import SvgError
-from livecl.rasterizer import render
+from livecl.geometry import bezier
+from livecl.rendering.rasterizer import render
 
 #: Squared difference at a pixel that an outline crosses, for a step from 0 to 1. resvg and skia sample coverage on a
 #: grid of 4 x 4 a pixel, so an edge lies up to an eighth of a pixel from its place; where edges lie anywhere, the mean

@@ -21,8 +21,8 @@ from animations.inputs import BadInputError, Parser, add_method_arguments, check
 from animations.outputs import add_output_arguments, check_output, write_drawings
 
 import livecl
-from livecl.interpolation import Lone, fit_canvas
-from livecl.matching import Match
+from livecl.interpolation.blending import Lone, fit_canvas
+from livecl.interpolation.matching import Match
 
 EPILOG = """\
 examples:

@@ -27,11 +27,11 @@ from animations.inputs import BadInputError, Parser, check_device, read_picture,
 from animations.outputs import check_output, side_by_side
 
 import livecl
-from livecl import bezier
-from livecl.crossings import self_crossing
-from livecl.frames import render_frames
-from livecl.image import save_image
-from livecl.interpolation import correspond, interpolate
+from livecl.geometry import bezier
+from livecl.image.reading import save_image
+from livecl.interpolation.blending import correspond, interpolate
+from livecl.layering.metrics import self_crossing
+from livecl.views.frames import render_frames
 
 NO_HOLES = functools.partial(livecl.Options, holes=False)
 #: Name, preset, whether all paths come in one stage, matching, whether both pictures have the same seed.

@@ -11,7 +11,7 @@ import resvg_py
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import livecl
-from livecl.image import save_image
+from livecl.image.reading import save_image
 from livecl.svg import format_svg
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Compare the golden numbers (tests/golden.json) with those of this checkout; with --write, put these in their place.
+"""Compare the golden numbers (tests/support/golden.json) with those of this checkout; with --write, replace them.
 
 To be written on purpose only, by a change that is meant to change what runs give, and with the differences that are
 printed looked at.
@@ -16,7 +16,7 @@ from typing import Any
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "tests"))
 
-import golden_set
+from support import golden_set
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -36,16 +36,16 @@ from animations.outputs import GAP, GAP_LEVEL, side_by_side
 from tqdm import tqdm
 
 import livecl
-from livecl.animation import save_animated_svg
-from livecl.digit_strokes import draw_digits
-from livecl.digits import SIDE, Digits, read_mnist
 from livecl.files import write_atomically
-from livecl.frames import render_frames
-from livecl.image import save_image
-from livecl.sequences import SequenceResult, vectorize_sequence
-from livecl.vae import Vae, interpolate_latents, latent_grid
-from livecl.vae_pictures import enlarge
-from livecl.vae_training import Training, train_vae
+from livecl.image.reading import save_image
+from livecl.run.sequences import SequenceResult, vectorize_sequence
+from livecl.svg.animated import save_animated_svg
+from livecl.vae.drawn_digits import draw_digits
+from livecl.vae.enlarging import enlarge
+from livecl.vae.mnist import SIDE, Digits, read_mnist
+from livecl.vae.model import Vae, interpolate_latents, latent_grid
+from livecl.vae.training import Training, train_vae
+from livecl.views.frames import render_frames
 
 #: Digits drawn where there is no MNIST, and how many of a set, its last ones, are not trained on: the ends of the
 #: strip and the corners of the grid are among them.

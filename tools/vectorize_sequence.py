@@ -26,7 +26,7 @@ from animations.outputs import add_output_arguments, check_output, write_drawing
 from tqdm import tqdm
 
 import livecl
-from livecl.sequences import vectorize_sequence
+from livecl.run.sequences import vectorize_sequence
 
 SUFFIXES = {".png", ".jpg", ".jpeg", ".webp", ".gif", ".bmp", ".tif", ".tiff"}
 EPILOG = """\

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livecl.drawing import Drawing
+from livecl.drawing.drawing import Drawing
 from reference.composite import composite_forward
 from reference.coverage import coverage
 from reference.flatten import flatten

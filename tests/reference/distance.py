@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livecl.drawing import Drawing
+from livecl.drawing.drawing import Drawing
 from reference.coverage import lines_of
 from reference.flatten import flatten
 

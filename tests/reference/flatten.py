@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livecl.drawing import Drawing
+from livecl.drawing.drawing import Drawing
 
 FloatArray = NDArray[np.float64]
 

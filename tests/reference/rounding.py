@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import reference
-from livecl.drawing import Drawing
+from livecl.drawing.drawing import Drawing
 from reference.composite import composite_backward
 from reference.coverage import lines_of, winding_area
 from reference.flatten import flatten

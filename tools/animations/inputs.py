@@ -15,10 +15,10 @@ import numpy as np
 from tqdm import tqdm
 
 import livecl
-from livecl.device import choose_device
-from livecl.frames import render_frames
+from livecl.opencl.device import choose_device
 from livecl.options import PRESETS
 from livecl.schedule import DEFAULT_PATHS
+from livecl.views.frames import render_frames
 
 #: Exit codes, beside 0.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130

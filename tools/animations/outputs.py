@@ -12,9 +12,10 @@ import numpy as np
 
 import livecl
 from animations.inputs import BadInputError, number
-from livecl.animation import SHORTEST_FRAME, save_animated_svg, save_gif
-from livecl.frames import render_frames
-from livecl.image import save_image
+from livecl.image.reading import save_image
+from livecl.svg.animated import save_animated_svg
+from livecl.views.films import SHORTEST_FRAME, save_gif
+from livecl.views.frames import render_frames
 
 FORMATS = "OUT.svg: animated; OUT.gif; OUT.png: side by side; a folder: numbered SVGs"
 #: What lies between pictures that are side by side: px, and grey level.

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from livecl.digit_strokes import SKELETONS, stamped
+from livecl.vae.drawn_digits import SKELETONS, stamped
 
 #: Skeletons of the digits that a pen writes without being lifted: one digit's course can turn into another's.
 DIGITS = {

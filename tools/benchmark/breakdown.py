@@ -20,17 +20,17 @@ import numpy as np
 
 #: Host steps: label, module, function. What a checkout does not have is left out, and its time counts as `other`.
 HOST_STEPS = (
-    ("pieces", "livecl.training", "choose_pieces"),
-    ("pieces", "livecl.objective", "Objective._distance_pieces"),
-    ("Xing", "livecl.objective", "Objective._xing"),
-    ("Adam", "livecl.training", "move"),
-    ("upload", "livecl.scene", "Scene.load"),
-    ("layout", "livecl.scene", "Scene.flatten"),
-    ("upload", "livecl.launcher", "Launcher.write"),
-    ("launch", "livecl.launcher", "Launcher.__call__"),
-    ("launch", "livecl.launcher", "Launcher.set"),
-    ("launch", "livecl.launcher", "Launcher.reserve"),
-    ("wait and read", "livecl.launcher", "Launcher.read"),
+    ("pieces", "livecl.training.step", "choose_pieces"),
+    ("pieces", "livecl.training.objective", "Objective._distance_pieces"),
+    ("Xing", "livecl.training.objective", "Objective._xing"),
+    ("Adam", "livecl.training.step", "move"),
+    ("upload", "livecl.rendering.device_drawing", "Scene.load"),
+    ("layout", "livecl.rendering.device_drawing", "Scene.flatten"),
+    ("upload", "livecl.opencl.launcher", "Launcher.write"),
+    ("launch", "livecl.opencl.launcher", "Launcher.__call__"),
+    ("launch", "livecl.opencl.launcher", "Launcher.set"),
+    ("launch", "livecl.opencl.launcher", "Launcher.reserve"),
+    ("wait and read", "livecl.opencl.launcher", "Launcher.read"),
 )
 #: The rest of an iteration.
 OTHER = "other"
@@ -118,7 +118,7 @@ def kernels(step: Callable[[], object], iterations: int = ITERATIONS) -> dict[st
 
         return wrapper
 
-    from livecl.launcher import Launcher
+    from livecl.opencl.launcher import Launcher
 
     launch = Launcher.__call__
     by_name: defaultdict[str, list[float]] = defaultdict(list)

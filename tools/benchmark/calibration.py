@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pyopencl as cl
 
-from livecl.device import OpenDevice
+from livecl.opencl.device import OpenDevice
 
 #: Sums of which none waits for another. Two leave the units idle most of the time, as the program's own kernels do;
 #: eight keep them busy: the peak, from which the floor is reckoned.

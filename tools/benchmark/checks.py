@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.device import open_device
-from livecl.drawing import Drawing
-from livecl.losses import xing_loss
-from livecl.rasterizer import Gradients, Rasterizer
-from livecl.state import State
-from livecl.vectorizer import Vectorizer
+from livecl.drawing.drawing import Drawing
+from livecl.opencl.device import open_device
+from livecl.rendering.rasterizer import Gradients, Rasterizer
+from livecl.run.stages import Vectorizer
+from livecl.training.state import State
+from livecl.training.xing import xing_loss
 
 #: Relative error of one rounding in float32.
 UNIT = 2.0**-24

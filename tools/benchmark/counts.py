@@ -11,8 +11,8 @@ import dataclasses
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livecl.bezier import evaluate
-from livecl.drawing import Drawing
+from livecl.drawing.drawing import Drawing
+from livecl.geometry.bezier import evaluate
 
 TILE = 8
 #: Outlines are sampled this densely, px: a tile whose corner they cut by less may go uncounted.

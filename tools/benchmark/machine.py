@@ -12,7 +12,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from livecl.device import OpenDevice
+from livecl.opencl.device import OpenDevice
 
 #: Packages whose versions are told.
 PACKAGES = ("numpy", "pyopencl", "pocl-binary-distribution", "scikit-image")

@@ -23,10 +23,10 @@ from benchmark.repeats import repeated
 from benchmark.scene_file import load_scene
 from benchmark.startup import process_seconds
 from livecl import Result
-from livecl.device import OpenDevice
-from livecl.loop import run
+from livecl.opencl.device import OpenDevice
 from livecl.options import Options
-from livecl.vectorizer import Step, Vectorizer
+from livecl.run.loop import run
+from livecl.run.stages import Step, Vectorizer
 
 Image = NDArray[np.float32]
 Answer = dict[str, Any]
@@ -38,7 +38,7 @@ BREAKDOWN_SECONDS, FEWEST = 1.0, 1
 #: Repeats of whole runs and of processes.
 RUNS, PROCESSES = 3, 5
 #: What places paths, as in `breakdown.HOST_STEPS`.
-PLACEMENT = ("placement", "livecl.vectorizer", "place_paths")
+PLACEMENT = ("placement", "livecl.run.stages", "place_paths")
 #: Mean squared errors whose time is told, and the iterations between two looks at the error.
 ERRORS, LOOK = (2e-2, 1e-2, 5e-3), 10
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from livecl.drawing import Drawing
+from livecl.drawing.drawing import Drawing
 from livecl.options import Options
-from livecl.state import State
+from livecl.training.state import State
 
 _DRAWING = ("points", "colors", "background", "subpath_offsets", "layer_offsets", "stages")
 _TRAINED = ("points", "colors", "background")

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmark.cases import Case
-from livecl.drawing import Drawing, empty_drawing
-from livecl.image import over_background, read_image
-from livecl.loop import run
+from livecl.drawing.drawing import Drawing, empty_drawing
+from livecl.image.reading import over_background, read_image
 from livecl.options import Options
+from livecl.run.loop import run
+from livecl.run.stages import Vectorizer
 from livecl.schedule import parse_schedule
-from livecl.state import State
-from livecl.vectorizer import Vectorizer
+from livecl.training.state import State
 
 #: Iterations of each stage of the run that makes a scene. With 20, 60 and 150, 256 paths on the photograph have a
 #: median side of 41, 40 and 41 px, and are flattened into 30, 34 and 38 thousand lines.

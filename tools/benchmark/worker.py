@@ -18,7 +18,7 @@ import numpy as np
 from benchmark.request import Request
 
 if TYPE_CHECKING:
-    from livecl.drawing import Drawing
+    from livecl.drawing.drawing import Drawing
 
 Answer = dict[str, Any]
 
@@ -45,7 +45,7 @@ def machine(request: Request) -> Answer:
     """Tell what the machine is, and calibrate it."""
     from benchmark.calibration import calibrate
     from benchmark.machine import facts
-    from livecl.device import open_device
+    from livecl.opencl.device import open_device
 
     opened = open_device(request.device)
     return {**facts(opened, Path(request.root)), **calibrate(opened)}
@@ -92,7 +92,7 @@ def check(request: Request) -> Answer:
 def measure(request: Request) -> Answer:
     """Time a case."""
     from benchmark.measure import Machine, measure_course, measure_process, measure_step
-    from livecl.device import open_device
+    from livecl.opencl.device import open_device
 
     case, machine = request.the_case, Machine(open_device(request.device), request.device)
     if case.kind == "step":
@@ -107,8 +107,8 @@ def counted(stages: list[tuple[Drawing, int]], tau: float) -> Answer:
     from benchmark.counts import counts
     from benchmark.floor import floor, operations
     from benchmark.limit import Floor
-    from livecl.bezier import pieces_for
-    from livecl.rasterizer import TOLERANCE
+    from livecl.geometry.bezier import pieces_for
+    from livecl.rendering.rasterizer import TOLERANCE
 
     total = Floor(0, 0, 0)
     for drawing, iterations in stages:

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from livecl import metrics
-from livecl.image import over_background
-from livecl.rasterizer import Rasterizer
+from livecl.image.reading import over_background
+from livecl.layering import metrics
+from livecl.rendering.rasterizer import Rasterizer
 from livecl.svg import read_svg
 
 FloatImage = NDArray[np.float32]

@@ -26,12 +26,12 @@ from PIL import Image
 import livecl
 from evaluation.measures import FloatImage, measure
 from evaluation.methods import VTRACER, Method, schedule_through
-from livecl.background import WHITE
 from livecl.files import write_atomically
-from livecl.image import over_background, read_image
+from livecl.image.background import WHITE
+from livecl.image.reading import over_background, read_image
+from livecl.opencl.program import kernel_dir
 from livecl.options import Options
-from livecl.program import kernel_dir
-from livecl.rasterizer import Rasterizer
+from livecl.rendering.rasterizer import Rasterizer
 from livecl.svg import save_svg
 
 #: What changes nothing in the outcome of a run.

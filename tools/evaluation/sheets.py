@@ -15,12 +15,12 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from evaluation.measures import resvg_picture
-from livecl.crossings import flatten
-from livecl.drawing import Drawing
+from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
-from livecl.image import over_background, read_image
-from livecl.pictures import count_of, fitted, fitted_size
+from livecl.geometry.crossings import flatten
+from livecl.image.reading import over_background, read_image
 from livecl.svg import read_svg
+from livecl.views.sheet import count_of, fitted, fitted_size
 
 #: Longest side of a picture, px; pictures of a sheet; stages shown before the final one.
 CELL, ROWS, EARLIER = 200, 8, 4

@@ -15,10 +15,10 @@ from PIL import Image
 
 import livecl
 from figures.strip import save_small, shown
-from livecl import bezier
-from livecl.drawing import Drawing
-from livecl.pictures import fitted_size
-from livecl.scaling import scaled
+from livecl.drawing.drawing import Drawing
+from livecl.geometry import bezier
+from livecl.image.resizing import scaled
+from livecl.views.sheet import fitted_size
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 #: Dots per inch of the figures.

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 import livecl
 from figures.strip import Cell, save_strip, shown
-from livecl.image import as_image
+from livecl.image.reading import as_image
 from livecl.options import PRESETS
-from livecl.recipe import Recipe
-from livecl.result import Result
+from livecl.run.recipe import Recipe
+from livecl.run.result import Result
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from livecl.drawing import Drawing
+from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
-from livecl.pictures import fitted, fitted_size, over_checkerboard
-from livecl.rasterizer import render
-from livecl.scaling import scaled
+from livecl.image.resizing import scaled
+from livecl.rendering.rasterizer import render
+from livecl.views.sheet import fitted, fitted_size, over_checkerboard
 
 #: Side of a picture, its margin, and the height of a line of its caption, px.
 CELL, MARGIN, LINE = 150, 6, 16

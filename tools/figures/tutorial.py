@@ -9,7 +9,7 @@ import numpy as np
 
 import livecl
 from figures.strip import save_small, save_strip, shown
-from livecl.pictures import stage_sheet
+from livecl.views.sheet import stage_sheet
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

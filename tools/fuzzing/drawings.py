@@ -17,9 +17,9 @@ import reference
 from reference.rounding import image_tolerance
 
 from fuzzing.kind import Kind, one_line
-from livecl.bezier import pieces_for
-from livecl.drawing import MAX_COORDINATE, Drawing
-from livecl.rasterizer import TOLERANCE, Rasterizer
+from livecl.drawing.drawing import MAX_COORDINATE, Drawing
+from livecl.geometry.bezier import pieces_for
+from livecl.rendering.rasterizer import TOLERANCE, Rasterizer
 
 #: Height and width of the canvases: a rasterizer is built once for each.
 SIZES = ((1, 1), (1, 9), (9, 1), (8, 8), (16, 17), (33, 20), (3, 300), (300, 3))

@@ -15,10 +15,10 @@ from typing import Any, get_args, get_type_hints
 
 from fuzzing.kind import Kind, one_line
 from fuzzing.mutation import mutated
-from livecl import cli
-from livecl.cli_arguments import build_parser
+from livecl.cli import command as cli
+from livecl.cli.arguments import build_parser
 from livecl.options import PRESETS, Options
-from livecl.recipe import Recipe
+from livecl.run.recipe import Recipe
 from livecl.schedule import parse_schedule
 
 FIELDS = get_type_hints(Options)

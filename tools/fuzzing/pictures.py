@@ -8,13 +8,13 @@ import io
 import random
 
 import numpy as np
-from picture_files import encoded, png16, png_chunk, tiff
 from PIL import Image, ImageCms
+from support.picture_files import encoded, png16, png_chunk, tiff
 
 from fuzzing.kind import Kind, one_line
 from fuzzing.mutation import mutated
 from livecl.errors import ImageError
-from livecl.image import read_image
+from livecl.image.reading import read_image
 
 #: Height and width of the pictures before they are changed.
 SIZE = (9, 12)

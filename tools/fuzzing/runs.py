@@ -12,7 +12,7 @@ import numpy as np
 from fuzzing.kind import Kind
 from fuzzing.svgs import same
 from livecl.options import PRESETS, Options
-from livecl.recipe import Recipe
+from livecl.run.recipe import Recipe
 from livecl.svg import format_svg, read_svg
 
 #: Sides of the pictures, px.

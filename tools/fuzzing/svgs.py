@@ -10,10 +10,10 @@ import numpy as np
 
 from fuzzing.kind import Kind, one_line
 from fuzzing.mutation import mutated
-from livecl.drawing import Drawing
+from livecl.drawing.drawing import Drawing
 from livecl.errors import SvgError
 from livecl.svg import format_svg, read_svg
-from livecl.svg_writer import MAX_PRECISION, quantize
+from livecl.svg.writer import MAX_PRECISION, quantize
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Whole files that parts are changed of.

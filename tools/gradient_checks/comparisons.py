@@ -7,7 +7,6 @@ Losses and tolerances are those of the tests (tests/test_gradients.py, tests/ref
 from __future__ import annotations
 
 import numpy as np
-from case_losses import Losses
 from reference import differences
 from reference.composite import squared_error
 from reference.rounding import (
@@ -19,10 +18,11 @@ from reference.rounding import (
     share_of_kinks,
     share_of_snapped,
 )
+from support.case_losses import Losses
 
 from gradient_checks.findings import Finding, FloatArray
 from gradient_checks.scenes import Scene, random_scene
-from livecl.rasterizer import Rasterizer
+from livecl.rendering.rasterizer import Rasterizer
 
 #: Of a derivative by differences, over the norm of the gradient: reference/differences.py says what is left.
 RELATIVE = 1e-6

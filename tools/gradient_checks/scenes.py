@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import dataclasses
 
-import drawings
 import numpy as np
-from drawings import Case, Path
 from numpy.typing import NDArray
+from support import drawings
+from support.drawings import Case, Path
 
 #: Canvases, (height, width): whole tiles and not, one pixel, one row. Few, as each has rasterizers of its own.
 SIZES = ((16, 16), (24, 31), (13, 7), (1, 1), (1, 41), (33, 50), (64, 48))

@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Batches: pictures in, a folder of SVGs out, over the cores of this machine or the workers of a cluster."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import hashlib
+import logging
+import os
+from collections.abc import Callable, Generator, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from livecl.batch.inputs import Picture, find_pictures
+from livecl.batch.pool import Task, work_locally
+from livecl.batch.summary import Outcome, Summary
+from livecl.batch.worker import Made, Work
+from livecl.files import check_folder, write_atomically
+from livecl.run.recipe import Recipe
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+_log = logging.getLogger(__name__)
+
+
+class Batch:
+    """A batch whose arguments have been checked; see :func:`vectorize_files`.
+
+    Attributes
+    ----------
+    pictures : list of Picture
+        The pictures, and the name of each one's SVG.
+    recipe : Recipe
+        What is done to each.
+    """
+
+    def __init__(
+        self,
+        inputs: Iterable[str | os.PathLike[str]] | str | os.PathLike[str],
+        output_folder: str | os.PathLike[str],
+        *,
+        recipe: Recipe | None = None,
+        device: int | str | None = None,
+        workers: int | None = None,
+        threads: int = 1,
+        scheduler: str | None = None,
+        skip_done: bool = True,
+        time_limit: float | None = None,
+    ) -> None:
+        for name, value in (("workers", workers), ("threads", threads)):
+            if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
+                raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least 1")
+        self.pictures = find_pictures([inputs] if isinstance(inputs, (str, os.PathLike)) else inputs)
+        self._folder = Path(output_folder)
+        _check_output_folder(self._folder)
+        self._summary = Summary(self._folder)
+        self.recipe = Recipe() if recipe is None else recipe
+        self._fingerprint = self.recipe.fingerprint
+        self._work = Work(self.recipe, device, time_limit)
+        # A picture that was stopped is done for the same time limit only.
+        self._stopped_fingerprint = _digest(f"{self._fingerprint} {time_limit}".encode())
+        self._workers, self._threads, self._scheduler = workers, threads, scheduler
+        self._skip_done = skip_done
+        if scheduler is None:
+            from livecl.opencl.device import choose_device
+
+            choose_device(device)
+        else:
+            from livecl.batch.cluster import check_scheduler
+
+            check_scheduler(scheduler)
+
+    def run(self, on_outcome: Callable[[Outcome], None] | None = None) -> list[Outcome]:
+        """Do the work; see :func:`vectorize_files`."""
+        outcomes: dict[int, Outcome] = {}
+        digests: dict[int, str] = {}
+
+        def note(number: int, outcome: Outcome) -> None:
+            outcomes[number] = outcome
+            self._summary.add(outcome)
+            if on_outcome is not None:
+                on_outcome(outcome)
+
+        def tasks() -> Iterator[Task]:
+            """Read the pictures one by one as they are wanted, and settle at once those that need no worker."""
+            for number, picture in enumerate(self.pictures):
+                try:
+                    data = picture.file.read_bytes()
+                except OSError as error:
+                    note(number, _failed(picture, f"cannot be read ({error.strerror or error})"))
+                    continue
+                digests[number] = _digest(data)
+                if self._skip_done and (done := self._done(picture, digests[number])):
+                    note(number, done)
+                else:
+                    yield Task(number, data, _shown(picture.file))
+
+        with contextlib.ExitStack() as stack:
+            client = self._connect(stack)
+            self._folder.mkdir(exist_ok=True)
+            stack.callback(self._summary.write)
+            answers = stack.enter_context(contextlib.closing(self._answers(tasks(), client)))
+            for number, answer in answers:
+                note(number, self._settled(self.pictures[number], digests[number], answer))
+        return [outcomes[number] for number in sorted(outcomes)]
+
+    def _connect(self, stack: contextlib.ExitStack) -> Client | None:
+        if self._scheduler is None:
+            return None
+        from livecl.batch.cluster import connected
+
+        return stack.enter_context(connected(self._scheduler, workers=self._workers, threads=self._threads))
+
+    def _answers(self, tasks: Iterator[Task], client: Client | None) -> Generator[tuple[int, Made | str], None, None]:
+        if client is None:
+            return work_locally(tasks, self._work, workers=self._workers, threads=self._threads)
+        from livecl.batch.cluster import work_on_cluster
+
+        return work_on_cluster(tasks, self._work, client)
+
+    def _done(self, picture: Picture, digest: str) -> Outcome | None:
+        """Return the outcome of a picture that needs no work: its SVG is there as it would be made."""
+        row = self._summary.get(picture.output)
+        if row is None or row.picture != digest or row.recipe not in (self._fingerprint, self._stopped_fingerprint):
+            return None
+        try:
+            svg = (self._folder / picture.output).read_bytes()
+        except OSError:
+            return None
+        if _digest(svg) != row.svg:
+            return None
+        return dataclasses.replace(row, file=_shown(picture.file), status="skipped")
+
+    def _settled(self, picture: Picture, digest: str, answer: Made | str) -> Outcome:
+        """Write the SVG, and return what became of the picture."""
+        if isinstance(answer, str):
+            return _failed(picture, answer)
+        for warning in answer.warnings:
+            _log.warning("%s", warning)
+        target = self._folder / picture.output
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(target, answer.svg)
+        except OSError as error:
+            return _failed(picture, f"{target}: cannot be written ({error.strerror or error})")
+        (height, width), (working_height, working_width) = answer.size, answer.working_size
+        return Outcome(
+            file=_shown(picture.file),
+            output=picture.output,
+            status="done",
+            paths=answer.paths,
+            mse=answer.mse,
+            seconds=answer.seconds,
+            width=width,
+            height=height,
+            working_width=working_width,
+            working_height=working_height,
+            picture=digest,
+            message=answer.stopped or "",
+            recipe=self._fingerprint if answer.stopped is None else self._stopped_fingerprint,
+            svg=_digest(answer.svg.encode()),
+        )
+
+
+def vectorize_files(
+    inputs: Iterable[str | os.PathLike[str]] | str | os.PathLike[str],
+    output_folder: str | os.PathLike[str],
+    *,
+    recipe: Recipe | None = None,
+    device: int | str | None = None,
+    workers: int | None = None,
+    threads: int = 1,
+    scheduler: str | None = None,
+    skip_done: bool = True,
+    time_limit: float | None = None,
+    on_outcome: Callable[[Outcome], None] | None = None,
+) -> list[Outcome]:
+    """Vectorize pictures into a folder of SVGs, several at a time.
+
+    Each SVG is the one that a run of that picture alone gives, to the last byte. It is written when its picture is
+    done, and ``summary.csv`` beside it has a row for each picture. One that fails does not stop the others; nor does a
+    worker that dies: its picture is tried again, three times in all. A script that calls this must do so under
+    ``if __name__ == "__main__":``, as all that start processes do.
+
+    Parameters
+    ----------
+    inputs : path, or iterable of paths
+        Pictures, folders of pictures, patterns such as ``photos/*.png``; see
+        :func:`livecl.batch.inputs.find_pictures` for how the SVGs are named.
+    output_folder : path
+        Where the SVGs go; made if only its last part is missing.
+    recipe : Recipe, optional
+        What to do to each picture.
+    device : int, str or None
+        OpenCL device, of each worker's machine.
+    workers : int, optional
+        Worker processes; as many as there are cores where not given.
+    threads : int
+        Cores that PoCL may use in each worker.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers do the work instead (their number and threads are then the cluster's),
+        or "local" for a Dask cluster on this machine for the time of the batch. Needs the extra ``cluster``.
+    skip_done : bool
+        Leave a picture out whose SVG is there as a batch has written it, from the same bytes, with the same recipe and
+        the same version of livecl.
+    time_limit : float, optional
+        Seconds after which the work on a picture ends with its best drawing so far.
+    on_outcome : callable, optional
+        Called with the outcome of each picture as it ends.
+
+    Returns
+    -------
+    list of Outcome
+        What became of each picture, in the order of the inputs.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not usable, an input is not there, or no scheduler answers, before any work.
+    DeviceError
+        If the device cannot be had on this machine, before any work.
+    LiveclError
+        If worker processes do not start, or the scheduler is lost.
+    """
+    batch = Batch(
+        inputs,
+        output_folder,
+        recipe=recipe,
+        device=device,
+        workers=workers,
+        threads=threads,
+        scheduler=scheduler,
+        skip_done=skip_done,
+        time_limit=time_limit,
+    )
+    return batch.run(on_outcome)
+
+
+def _check_output_folder(folder: Path) -> None:
+    if folder.is_dir():
+        check_folder(folder, folder)
+    elif folder.exists():
+        raise ValueError(f"{folder}: is a file, wanted a folder for the SVGs")
+    else:
+        check_folder(folder.parent, folder)
+
+
+def _failed(picture: Picture, message: str) -> Outcome:
+    return Outcome(file=_shown(picture.file), output=picture.output, status="failed", message=message)
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _shown(path: Path) -> str:
+    """Return a file's name as text that can be printed and written, whatever its bytes."""
+    return os.fsencode(path).decode("utf-8", "replace")

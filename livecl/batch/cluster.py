@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The workers of a Dask cluster: pictures travel to them as bytes, SVGs come back as text.
+
+Dask gives the pictures of a worker that is lost to others, and gives one up that has cost several workers their life.
+Its package is the extra ``cluster``.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from collections.abc import Generator, Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from livecl.batch.pool import MAX_ATTEMPTS, Task, available_cores
+from livecl.batch.worker import THREADS_VARIABLE, Made, Work, make
+from livecl.errors import LiveclError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+_log = logging.getLogger(__name__)
+
+#: The address that stands for a cluster on this machine, for the time of the batch.
+LOCAL = "local"
+#: Seconds in which a scheduler must answer.
+CONNECT_SECONDS = 10
+#: States of a picture that was done, but whose worker died before its SVG was fetched: Dask has it made again.
+TAKEN_BACK = ("lost", "pending")
+#: Pictures sent ahead for each thread of the cluster, so that none waits for its next.
+AHEAD = 2
+
+
+def check_scheduler(scheduler: str) -> None:
+    """Raise what :func:`connected` would, without starting anything."""
+    if scheduler == LOCAL:
+        _package()
+    else:
+        with connected(scheduler):
+            pass
+
+
+@contextlib.contextmanager
+def connected(scheduler: str, *, workers: int | None = None, threads: int = 1) -> Iterator[Client]:
+    """Connect to a Dask scheduler for a while.
+
+    Parameters
+    ----------
+    scheduler : str
+        Address, such as ``tcp://192.168.0.10:8786``; or "local" for worker processes of this machine that end with the
+        batch.
+    workers : int, optional
+        Processes of the "local" cluster; as many as there are cores where not given.
+    threads : int
+        Cores that PoCL may use in each process of the "local" cluster.
+
+    Raises
+    ------
+    ValueError
+        If no scheduler answers at the address, or Dask's package is not installed.
+    """
+    distributed = _package()
+    import dask
+
+    limits = {
+        "distributed.scheduler.allowed-failures": MAX_ATTEMPTS - 1,  # of a scheduler that is started here
+        "distributed.admin.large-graph-warning-threshold": "1 GiB",  # pictures are large, and meant to travel
+    }
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(dask.config.set(limits))
+        if scheduler == LOCAL:
+            cluster = distributed.LocalCluster(
+                n_workers=workers or available_cores(),
+                threads_per_worker=1,
+                processes=True,
+                env={THREADS_VARIABLE: str(threads)},
+                dashboard_address="127.0.0.1:0",
+                silence_logs=logging.ERROR,
+            )
+            scheduler = stack.enter_context(cluster).scheduler_address
+        try:
+            client = distributed.Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False)
+        except (OSError, ValueError, TimeoutError) as error:
+            raise ValueError(f"scheduler: no Dask scheduler answers at {scheduler!r}: {error}") from error
+        yield stack.enter_context(client)
+
+
+def _package() -> Any:
+    """Return Dask's package for clusters."""
+    try:
+        import distributed
+    except ImportError as error:
+        raise ValueError(f"scheduler: Dask is needed ({error}); pip install 'livecl[cluster]'") from error
+    return distributed
+
+
+def work_on_cluster(tasks: Iterable[Task], work: Work, client: Client) -> Generator[tuple[int, Made | str], None, None]:
+    """Work on pictures with the workers of a cluster; see :func:`livecl.batch.pool.work_locally`.
+
+    Dask cannot tell which of the pictures that a dead worker had was its end, and may give up all of them. Those are
+    tried once more when the others are done, one at a time.
+
+    Raises
+    ------
+    LiveclError
+        If the scheduler is lost.
+    """
+    if not client.nthreads():
+        _log.warning("the scheduler has no workers yet; waiting for some")
+    suspects: list[Task] = []
+    for task, answer in _answers(iter(tasks), work, client):
+        if answer is None:
+            suspects.append(task)
+        else:
+            yield task.number, answer
+    for suspect in suspects:
+        _log.warning("%s: worker processes died that had it; it is tried again, alone", suspect.name)
+        for task, answer in _answers(iter([suspect]), work, client):
+            yield task.number, "the worker processes that had it died" if answer is None else answer
+
+
+def _answers(tasks: Iterator[Task], work: Work, client: Client) -> Iterator[tuple[Task, Made | str | None]]:
+    """Yield what becomes of each task, in the order in which they end; None where workers that had it have died."""
+    from distributed import KilledWorker, as_completed
+
+    sent: dict[Any, Task] = {}
+    finished = as_completed(loop=client.loop)
+
+    def send() -> None:
+        """Keep each thread of the cluster, also of workers that have come since, busy and one picture ahead."""
+        threads = sum(client.nthreads().values())
+        while len(sent) < AHEAD * max(1, threads) and (task := next(tasks, None)) is not None:
+            future = client.submit(make, task.data, task.name, work, pure=False)
+            sent[future] = task
+            finished.add(future)
+
+    send()
+    for future in finished:
+        if future.status in TAKEN_BACK:
+            finished.add(future)
+            continue
+        task = sent.pop(future)
+        answer: Made | str | None = None
+        if future.status == "finished":
+            with contextlib.suppress(KilledWorker):  # its worker died with the result, and those that made it again
+                answer = future.result()
+        elif future.status != "error":
+            raise LiveclError("scheduler: the connection to the Dask scheduler was lost")
+        elif not isinstance(error := future.exception(), KilledWorker):
+            answer = f"the worker failed: {' '.join(str(error).split())}"
+        future.release()
+        send()
+        yield task, answer

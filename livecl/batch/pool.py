@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Worker processes of this machine: each has its own OpenCL context, and none takes the others down when it dies.
+
+The processes are spawned, because a forked child hangs in its first OpenCL call if the parent has made one, and they
+are managed here, because the standard library's pools give up all work when one process is killed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import logging
+import multiprocessing
+import os
+from collections import deque
+from collections.abc import Generator, Iterable, Iterator
+from multiprocessing.connection import wait
+
+from livecl.batch.worker import Made, Work, serve
+from livecl.errors import LiveclError
+
+#: How often a picture is tried whose worker dies.
+MAX_ATTEMPTS = 3
+#: Seconds that a worker which has been told to end is waited for.
+END_SECONDS = 5.0
+
+_log = logging.getLogger(__name__)
+
+
+@dataclasses.dataclass(frozen=True)
+class Task:
+    """A picture to work on: its number, the bytes of its file, what to call it, and how often it has been tried."""
+
+    number: int
+    data: bytes
+    name: str
+    attempts: int = 0
+
+
+class _Worker:
+    """A worker process, the connection to it, and the task that it has, or gets once it is ready."""
+
+    def __init__(self, work: Work, threads: int) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.connection, theirs = context.Pipe()
+        self.process = context.Process(target=serve, args=(theirs, work, threads), daemon=True)
+        self.process.start()
+        theirs.close()  # so that the connection ends when the process does
+        self.task: Task | None = None
+        self.ready = False
+
+    def give(self, task: Task) -> None:
+        self.task = task
+        if self.ready:
+            with contextlib.suppress(OSError):  # it has died, and what is received next says so
+                self.connection.send((task.data, task.name))
+
+    def end(self) -> int | None:
+        """End the process if it has not ended, and return its exit code."""
+        self.connection.close()
+        self.process.terminate()
+        self.process.join(END_SECONDS)
+        if self.process.is_alive():
+            self.process.kill()
+            self.process.join()
+        return self.process.exitcode
+
+
+def work_locally(
+    tasks: Iterable[Task], work: Work, *, workers: int | None = None, threads: int = 1
+) -> Generator[tuple[int, Made | str], None, None]:
+    """Work on pictures in processes of this machine.
+
+    A picture whose worker dies (killed, out of memory, a crash in the driver) is given to another, three times in all.
+
+    Parameters
+    ----------
+    tasks : iterable of Task
+        The pictures; taken one by one as workers come free.
+    work : Work
+        What to do with each.
+    workers : int, optional
+        Processes; as many as there are cores for this one where not given.
+    threads : int
+        Cores that PoCL may use in each.
+
+    Yields
+    ------
+    (int, Made or str)
+        The number of a picture and its SVG, or why there is none; in the order in which they end.
+
+    Raises
+    ------
+    LiveclError
+        If worker processes do not start.
+    """
+    pool = _Pool(work, workers or available_cores(), threads)
+    try:
+        yield from pool.run(iter(tasks))
+    finally:
+        pool.end()
+
+
+def available_cores() -> int:
+    """Return the number of processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class _Pool:
+    """The workers, and the tasks that a dead one has left."""
+
+    def __init__(self, work: Work, size: int, threads: int) -> None:
+        self._work, self._size, self._threads = work, size, threads
+        self._workers: list[_Worker] = []
+        self._left: deque[Task] = deque()
+        self._failed_starts = 0
+
+    def run(self, tasks: Iterator[Task]) -> Iterator[tuple[int, Made | str]]:
+        while True:
+            self._feed(tasks)
+            busy = [(worker, worker.task) for worker in self._workers if worker.task is not None]
+            if not busy:
+                return
+            heard = wait([worker.connection for worker, _ in busy])
+            for worker, task in busy:
+                if worker.connection not in heard:
+                    continue
+                try:
+                    answer = worker.connection.recv()
+                except (EOFError, OSError):
+                    reason = self._bury(worker, task)
+                    if reason is not None:
+                        yield task.number, reason
+                    continue
+                if answer is None:
+                    worker.ready, self._failed_starts = True, 0
+                    worker.give(task)
+                else:
+                    worker.task = None
+                    yield task.number, answer
+
+    def _feed(self, tasks: Iterator[Task]) -> None:
+        """Give a task to each idle worker, and to new ones while there are fewer than wanted."""
+        idle = [worker for worker in self._workers if worker.task is None]
+        while idle or len(self._workers) < self._size:
+            task = self._left.popleft() if self._left else next(tasks, None)
+            if task is None:
+                return
+            if not idle:
+                idle.append(_Worker(self._work, self._threads))
+                self._workers.append(idle[0])
+            idle.pop().give(task)
+
+    def _bury(self, worker: _Worker, task: Task) -> str | None:
+        """Take out a dead worker; return why its picture is given up, or None if it is tried again."""
+        self._workers.remove(worker)
+        worker.process.join(END_SECONDS)  # for its own exit code
+        code = worker.end()
+        if not worker.ready:
+            self._failed_starts += 1
+            if self._failed_starts >= MAX_ATTEMPTS:
+                raise LiveclError(
+                    f"worker processes do not start (exit code {code}); a script that starts some must do so under "
+                    "'if __name__ == \"__main__\":'"
+                )
+            self._left.appendleft(task)
+            return None
+        attempts = task.attempts + 1
+        if attempts >= MAX_ATTEMPTS:
+            return f"the worker process died {attempts} times (exit code {code})"
+        _log.warning("%s: the worker process died (exit code %s); the picture is tried again", task.name, code)
+        self._left.append(dataclasses.replace(task, attempts=attempts))
+        return None
+
+    def end(self) -> None:
+        """End all processes."""
+        for worker in self._workers:
+            worker.process.terminate()
+        for worker in self._workers:
+            worker.end()

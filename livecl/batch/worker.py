@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a worker does, in whatever process and on whatever machine: a picture's bytes in, an SVG's text out."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import os
+import signal
+import threading
+import warnings
+from multiprocessing.connection import Connection
+
+from livecl.run.control import Control
+from livecl.run.recipe import Recipe
+from livecl.version import __version__
+
+#: Environment variable by which PoCL is told the number of its threads, read once, when OpenCL is first used.
+THREADS_VARIABLE = "POCL_MAX_PTHREAD_COUNT"
+#: A process works on one picture at a time, also where it has several threads to work with.
+_one_at_a_time = threading.Lock()
+
+
+@dataclasses.dataclass(frozen=True)
+class Work:
+    """What is to be done to each picture; sent to the workers once, or with each picture.
+
+    Attributes
+    ----------
+    recipe : Recipe
+        How to vectorize.
+    device : int, str or None
+        OpenCL device of the worker's machine.
+    time_limit : float or None
+        Seconds for each picture.
+    version : str
+        Version of livecl that asks; a worker's own must be the same.
+    """
+
+    recipe: Recipe
+    device: int | str | None = None
+    time_limit: float | None = None
+    version: str = __version__
+
+
+@dataclasses.dataclass(frozen=True)
+class Made:
+    """A picture's SVG and the figures of its run; sizes are (height, width), px; warnings, and why it was stopped."""
+
+    svg: str
+    paths: int
+    mse: float
+    seconds: float
+    size: tuple[int, int]
+    working_size: tuple[int, int]
+    warnings: tuple[str, ...]
+    stopped: str | None = None
+
+
+def make(data: bytes, name: str, work: Work) -> Made | str:
+    """Vectorize one picture.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the picture's file.
+    name : str
+        What to call the picture in messages.
+    work : Work
+        What to do.
+
+    Returns
+    -------
+    Made or str
+        The SVG, or one line that says why there is none: no picture may end a batch.
+    """
+    from livecl.image.reading import read_image
+
+    if work.version != __version__:
+        return f"the worker has livecl {__version__}, wanted {work.version}, as where the batch was started"
+    control = Control(time_limit=work.time_limit)
+    stream = io.BytesIO(data)
+    stream.name = name
+    try:
+        with _one_at_a_time, warnings.catch_warnings(record=True) as caught:
+            result = work.recipe.vectorize(read_image(stream), work.device, None, control)
+    except Exception as error:
+        return " ".join((str(error) or type(error).__name__).split())
+    if result.stopped is not None and not result.drawing.num_layers:
+        return f"{result.stopped}; there was no path yet"
+    return Made(
+        svg=work.recipe.svg(result.drawing),
+        paths=result.drawing.num_layers,
+        mse=result.mse,
+        seconds=result.seconds,
+        size=result.drawing.size,
+        working_size=result.working_size or result.drawing.size,
+        warnings=tuple(str(warning.message) for warning in caught),
+        stopped=result.stopped,
+    )
+
+
+def serve(connection: Connection, work: Work, threads: int) -> None:
+    """Work on the pictures that come through a connection until it is closed; the body of a worker process.
+
+    Sends None when ready, then for each (data, name) what :func:`make` returns. An interruption from the keyboard,
+    which reaches all processes of a terminal, is left to the process that started this one.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.environ[THREADS_VARIABLE] = str(threads)
+    try:
+        connection.send(None)
+        while True:
+            data, name = connection.recv()
+            connection.send(make(data, name, work))
+    except (EOFError, OSError):  # the other end has gone
+        return

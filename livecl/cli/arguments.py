@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The arguments of the command line: their names, kinds and help, and those that a file of options sets."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any, NoReturn
+
+from livecl.cli.config import read_config
+from livecl.cli.method import add_method
+from livecl.cli.outputs import OUTPUTS
+from livecl.image.resizing import DEFAULT_SIZE
+from livecl.options import PRESET_PATHS, PRESETS
+from livecl.run.recipe import LAYER_STYLES
+from livecl.schedule import DEFAULT_PATHS
+from livecl.version import __version__
+
+DESCRIPTION = "Turn a picture, or many, into layered SVGs of few closed Bézier paths."
+EPILOG = """\
+examples:
+  livecl face.png -o face.svg --schedule 1,1,1,1,1,1 --stages stages --json face.json
+  livecl photo.jpg -o photo.svg --preset photo
+  livecl logo.png -o - --paths 12 --precision 1 | inkscape --pipe
+  livecl icons/ more/*.png -o svgs --preset icon        a folder of SVGs, and summary.csv
+  livecl photos -o svgs --scheduler tcp://10.0.0.5:8786  on the machines of a Dask cluster
+  livecl --preset draft --show-options > mine.toml; livecl in.png -o out.svg --config mine.toml
+
+environment: LIVECL_DEVICE chooses the OpenCL device as --device does.
+exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted (Ctrl-C), 143 terminated.
+An existing output file is replaced only when the new one is complete.
+"""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line, without the usage text.
+
+    Attributes
+    ----------
+    settings : dict
+        The arguments that a file of options may set, by key.
+    """
+
+    def __init__(self, **arguments: Any) -> None:
+        super().__init__(**arguments)
+        self.settings: dict[str, argparse.Action] = {}
+
+    def error(self, message: str) -> NoReturn:
+        """Raise ValueError, in place of ending the process."""
+        raise ValueError(f"{message} (see --help)")
+
+
+def parse_arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
+    """Return the arguments; what the command line does not say comes from the file that ``--config`` names.
+
+    Raises
+    ------
+    ValueError
+        If they are not usable.
+    """
+    parser = build_parser()
+    command = ("livecl", *(sys.argv[1:] if argv is None else argv))
+    parser.set_defaults(command=command)
+    given = parser.parse_intermixed_args(argv)
+    if given.config is None:
+        return given
+    words = []
+    for key, value in read_config(given.config, parser.settings).items():
+        if key in ("paths", "schedule") and (given.paths is not None or given.schedule is not None):
+            continue  # one of the two on the command line stands for both
+        words += _words(given.config, parser.settings[key], value)
+    try:
+        configured = parser.parse_intermixed_args(words)
+    except ValueError as error:
+        raise ValueError(f"{given.config}: {str(error).removesuffix(' (see --help)')}") from error
+    del configured.inputs
+    return parser.parse_intermixed_args(argv, configured)
+
+
+def build_parser() -> Parser:
+    """Return the parser of the command line."""
+    parser = Parser(
+        prog="livecl",
+        usage="livecl IN -o OUT.svg [options]\n       livecl IN... -o FOLDER [options]",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+        add_help=False,
+    )
+    _add_files(parser.add_argument_group("files").add_argument)
+    drawing = parser.add_argument_group("drawing")
+    method = parser.add_argument_group("method", "Each of these changes one point of the preset.")
+    running = parser.add_argument_group("running")
+    _add_drawing(_setting(parser, drawing))
+    add_method(_setting(parser, method))
+    _add_running(_setting(parser, running))
+    _add_checkpoint(running.add_argument)
+    running.add_argument("--config", metavar="FILE.toml", help="options from a file; the command line's come first")
+    running.add_argument("-q", "--quiet", action="store_true", help="show no progress, no warnings and no summary")
+    running.add_argument("-v", "--verbose", action="store_true", help="also tell of each stage")
+    information = parser.add_argument_group("information").add_argument
+    information("-h", "--help", action="help", help="show this and exit")
+    information("--version", action="version", version=f"livecl {__version__}", help="show the version and exit")
+    information("--list-devices", action="store_true", help="list the OpenCL devices and exit")
+    information("--show-options", action="store_true", help="show the options in effect, as --config reads, and exit")
+    return parser
+
+
+Adder = Callable[..., argparse.Action]
+
+
+def _setting(parser: Parser, group: Any) -> Adder:
+    """Return a group's `add_argument`, which also notes the argument as one that a file may set."""
+
+    def add(*names: str, **arguments: Any) -> argparse.Action:
+        action: argparse.Action = group.add_argument(*names, **arguments)
+        parser.settings[action.dest] = action
+        return action
+
+    return add
+
+
+def _add_files(add: Adder) -> None:
+    add(
+        "inputs",
+        metavar="IN",
+        nargs="*",
+        help="pictures: PNG, JPEG or other files that Pillow reads, folders of them, patterns, or - for standard input",
+    )
+    add(
+        "-o",
+        "--output",
+        metavar="OUT",
+        help="the SVG to write, - for standard output; of several pictures or a folder, the folder for the SVGs",
+    )
+    add("--start", metavar="FILE.svg", help="start from a drawing: refine it, then add the paths asked for, if any")
+    add(
+        "--lock",
+        action="append",
+        metavar="LAYER",
+        help="keep a layer of --start as it is: its number, counted from 0, its name or colour; may be repeated",
+    )
+    for output in OUTPUTS:
+        add(f"--{output.name}", metavar=output.metavar, help=output.help)
+    add(
+        "--frame-step",
+        type=whole(1),
+        default=10,
+        metavar="N",
+        help="iterations between two pictures of --gif and --mp4 (default: 10)",
+    )
+
+
+def _add_drawing(add: Adder) -> None:
+    counts = ", ".join(f"{name} {paths}" for name, paths in PRESET_PATHS.items())
+    add(
+        "--preset",
+        choices=tuple(PRESETS),
+        default="default",
+        help="default: what measures best; paper: exactly the published text; released: the authors' program; diffvg: "
+        "the paper's comparison, random paths in one stage; icon, clipart, photo, draft: for such pictures, or a quick "
+        "look",
+    )
+    add(
+        "--paths",
+        type=_paths,
+        metavar="N",
+        help=f"number of paths, at most, or auto: as many as gain enough (default: {DEFAULT_PATHS}; {counts})",
+    )
+    add("--schedule", metavar="LIST", help="paths that each stage adds, as 1,1,2, or exp: 1, 2, 4 ... 32, 32 ...")
+    add(
+        "--size",
+        type=_size,
+        default=DEFAULT_SIZE,
+        metavar="N",
+        help="work on larger pictures at N px on the longer side, or full; the SVG keeps the picture's own coordinates "
+        f"(default: {DEFAULT_SIZE})",
+    )
+    add("--precision", type=int, choices=range(10), default=3, metavar="N", help="decimals of coordinates (default: 3)")
+    add(
+        "--layers",
+        choices=LAYER_STYLES,
+        default=LAYER_STYLES[0],
+        help="stages and layers as Inkscape shows them, with names, or plain SVG (default: inkscape)",
+    )
+    add("--seed", type=whole(0), default=0, metavar="N", help="seed of all random choices (default: 0)")
+
+
+def _add_running(add: Adder) -> None:
+    add("--device", metavar="D", help="OpenCL device: its index or a part of its name (default: $LIVECL_DEVICE)")
+    add(
+        "--threads",
+        type=whole(1),
+        metavar="N",
+        help="processor cores that PoCL may use (default: all, and one in each worker process)",
+    )
+    add("--workers", type=whole(1), metavar="N", help="worker processes for several pictures (default: one a core)")
+    add(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="have the workers of a Dask cluster do several pictures; local: a cluster on this machine",
+    )
+    add(
+        "--time-limit",
+        type=_seconds,
+        metavar="SECONDS",
+        help="end with the best drawing so far when a picture has taken so long",
+    )
+    add("--redo", action=argparse.BooleanOptionalAction, default=False, help="make SVGs again that are done already")
+
+
+def _add_checkpoint(add: Adder) -> None:
+    add(
+        "--checkpoint",
+        metavar="FILE",
+        help="where a run of more than some seconds is saved now and then, to go on from if it is stopped (default: "
+        "OUT.svg.checkpoint; deleted when all is written)",
+    )
+    add("--no-checkpoint", dest="checkpoint", action="store_false", help="save no checkpoints")
+    add(
+        "--checkpoint-period",
+        type=_seconds,
+        metavar="SECONDS",
+        help="least time between two checkpoints (default: 5, and a hundred times what writing one takes)",
+    )
+    add("--resume", action="store_true", help="go on from the checkpoint of the same command, if there is one")
+
+
+def whole(least: int) -> Callable[[str], int]:
+    """Return a converter of text to whole numbers that are not below some least one."""
+
+    def convert(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = least - 1
+        if value < least:
+            raise argparse.ArgumentTypeError(f"got {text!r}, wanted a whole number of at least {least}")
+        return value
+
+    return convert
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"got {text!r}, wanted a number of seconds")
+    return value
+
+
+def _paths(text: str) -> int | str:
+    return text if text == "auto" else whole(1)(text)
+
+
+def _size(text: str) -> int:
+    return 0 if text == "full" else whole(0)(text)
+
+
+def _words(file: str, action: argparse.Action, value: Any) -> list[str]:
+    """Return what on a command line says the same as a value in a file."""
+    option = action.option_strings[0]
+    if isinstance(action, argparse.BooleanOptionalAction):
+        if not isinstance(value, bool):
+            raise ValueError(f"{file}: {action.dest}: got {value!r}, wanted true or false")
+        return [option if value else action.option_strings[1]]
+    if isinstance(value, bool):
+        raise ValueError(f"{file}: {action.dest}: got {str(value).lower()}, wanted a number or text")
+    return [f"{option}={','.join(map(str, value)) if isinstance(value, list) else value}"]

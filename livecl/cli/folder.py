@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Several pictures: their progress, and the lines that say what came of them."""
+
+from __future__ import annotations
+
+from livecl.batch.summary import Outcome
+from livecl.cli.messages import complain, say
+from livecl.cli.progress import BatchProgress
+from livecl.cli.request import BatchJob
+
+
+def run_batch(job: BatchJob) -> bool:
+    """Vectorize pictures into a folder; return whether all are there."""
+    with BatchProgress(len(job.batch.pictures), quiet=job.quiet) as progress:
+        outcomes = job.batch.run(progress.show)
+    failed = [outcome for outcome in outcomes if outcome.status == "failed"]
+    for outcome in failed:
+        complain(_named(outcome))
+    if not job.quiet:
+        reduced = sum(outcome.width != outcome.working_width for outcome in outcomes if outcome.status == "done")
+        if reduced:
+            size = job.batch.recipe.size
+            say(f"{reduced} larger than {size} px, worked on at that size (--size full works on all pixels)")
+        counts = [(status, sum(outcome.status == status for outcome in outcomes)) for status in STATUS_WORDS]
+        say(f"{job.folder}: " + ", ".join(f"{count} {STATUS_WORDS[status]}" for status, count in counts if count))
+    return not failed
+
+
+#: How the summary of a batch names what became of pictures.
+STATUS_WORDS = {"done": "done", "skipped": "done before", "failed": "failed"}
+
+
+def _named(outcome: Outcome) -> str:
+    """Return an outcome's message, which names the picture."""
+    return outcome.message if outcome.file in outcome.message else f"{outcome.file}: {outcome.message}"

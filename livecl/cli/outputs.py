@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The files that a run writes: named, and checked before the work, in one place, and written after it."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import json
+import math
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.cli.messages import write_standard
+from livecl.cli.progress import FilmProgress
+from livecl.files import check_file, check_folder, write_atomically
+from livecl.run.recipe import Recipe
+from livecl.run.result import Result
+from livecl.version import __version__
+
+if TYPE_CHECKING:
+    from livecl.views.course import Course
+
+#: The name that stands for standard input and output.
+STANDARD = "-"
+
+
+@dataclasses.dataclass(frozen=True)
+class Finished:
+    """A run that has ended, for what is written of it.
+
+    Attributes
+    ----------
+    name : str
+        The picture's name.
+    image : (H, W, 3) or (H, W, 4) float32
+        The picture.
+    recipe : Recipe
+        What was done.
+    result : Result
+        What came of it.
+    command : tuple of str
+        The words that asked for it.
+    course : Course or None
+        Drawings on the way, where an output shows them.
+    device : int, str or None
+        OpenCL device that renders for the outputs, as it did for the run.
+    quiet : bool
+        Show no progress.
+    """
+
+    name: str
+    image: NDArray[np.float32]
+    recipe: Recipe
+    result: Result
+    command: tuple[str, ...] = ("livecl",)
+    course: Course | None = None
+    device: int | str | None = None
+    quiet: bool = True
+
+
+@dataclasses.dataclass(frozen=True)
+class Output:
+    """A kind of output beside the SVG: an entry in `OUTPUTS` is all that it takes.
+
+    Attributes
+    ----------
+    name : str
+        Its argument, without the dashes.
+    metavar, help : str
+        For ``--help``.
+    write : callable
+        Writes it to a path.
+    parts : callable, optional
+        Of an output that is a folder: the files in it, from the folder and the number of stages.
+    suffixes : tuple of str
+        What the file's name may end in, where that matters.
+    extra : (str, str) or None
+        A module that it needs, and the extra that brings it.
+    shows_course : bool
+        Whether it shows drawings on the way.
+    """
+
+    name: str
+    metavar: str
+    help: str
+    write: Callable[[Path, Finished], None]
+    parts: Callable[[Path, int], list[Path]] | None = None
+    suffixes: tuple[str, ...] = ()
+    extra: tuple[str, str] | None = None
+    shows_course: bool = False
+
+    def check(self, path: Path) -> None:
+        """Raise ValueError for a path that it cannot be written to, or if a module that it needs is missing."""
+        if self.suffixes and path.suffix.lower() not in self.suffixes:
+            raise ValueError(f"--{self.name}: got {path}, wanted a name that ends in {' or '.join(self.suffixes)}")
+        if self.extra is not None and importlib.util.find_spec(self.extra[0]) is None:
+            raise ValueError(f"--{self.name}: needs {self.extra[0]}: pip install 'livecl[{self.extra[1]}]'")
+
+
+def stage_files(folder: Path, num_stages: int) -> list[Path]:
+    """Return the files of all stages."""
+    return [folder / f"stage-{index + 1}.svg" for index in range(num_stages)]
+
+
+def write_stages(folder: Path, finished: Finished) -> None:
+    """Write the drawing after each stage."""
+    folder.mkdir(exist_ok=True)
+    stages = finished.result.stages
+    for file, stage in zip(stage_files(folder, len(stages)), stages, strict=True):
+        write_atomically(file, finished.recipe.svg(stage.drawing))
+
+
+def write_json(file: Path, finished: Finished) -> None:
+    """Write size, options, error and seconds."""
+    write_atomically(file, json.dumps(facts(finished), indent=2, allow_nan=False) + "\n")
+
+
+def facts(finished: Finished) -> dict[str, Any]:
+    """Return what ``--json`` writes; seconds are without compilation, which stands apart."""
+    recipe, result = finished.recipe, finished.result
+    height, width = result.drawing.size
+    working_height, working_width = result.working_size or result.drawing.size
+    return {
+        "width": width,
+        "height": height,
+        "working_width": working_width,
+        "working_height": working_height,
+        "device": result.device,
+        "version": __version__,
+        "options": {**dataclasses.asdict(result.options), "schedule": list(recipe.stages), "seed": recipe.seed},
+        "paths": result.drawing.num_layers,
+        "mse": _known(result.mse),
+        "stopped": result.stopped,
+        "seconds": result.seconds,
+        "compile_seconds": result.compile_seconds,
+        "stages": [
+            {"paths": stage.paths, "mse": _known(stage.mse), "iterations": stage.iterations, "seconds": stage.seconds}
+            for stage in result.stages
+        ],
+    }
+
+
+def _known(error: float) -> float | None:
+    return None if math.isnan(error) else error
+
+
+def write_html(file: Path, finished: Finished) -> None:
+    """Write a page to look through the result."""
+    from livecl.views.report.page import write_report
+
+    write_report(
+        file,
+        finished.image,
+        finished.result,
+        command=finished.command,
+        name=finished.name,
+        device=finished.device,
+    )
+
+
+def write_sheet(file: Path, finished: Finished) -> None:
+    """Write picture and stages side by side."""
+    from livecl.views.sheet import save_sheet
+
+    save_sheet(file, finished.image, finished.result, device=finished.device)
+
+
+def write_plot(file: Path, finished: Finished) -> None:
+    """Write the error against the number of paths."""
+    from livecl.views.sheet import save_plot
+
+    save_plot(file, finished.result)
+
+
+def write_gif(file: Path, finished: Finished) -> None:
+    """Write the learning course as a GIF."""
+    assert finished.course is not None
+    with FilmProgress(file.name, quiet=finished.quiet) as progress:
+        finished.course.save_gif(file, result=finished.result, device=finished.device, progress=progress.show)
+
+
+def write_mp4(file: Path, finished: Finished) -> None:
+    """Write the learning course as a film."""
+    assert finished.course is not None
+    with FilmProgress(file.name, quiet=finished.quiet) as progress:
+        finished.course.save_mp4(file, result=finished.result, device=finished.device, progress=progress.show)
+
+
+#: What can be written beside the SVG, in the order in which it is.
+OUTPUTS = (
+    Output("stages", "DIR", "also write the drawing after each stage: DIR/stage-1.svg ...", write_stages, stage_files),
+    Output("json", "FILE", "also write size, options, error and seconds as JSON", write_json),
+    Output("report", "OUT.html", "also write a page to look through layers, stages and errors", write_html),
+    Output("sheet", "OUT.png", "also write picture and stages side by side", write_sheet, suffixes=(".png",)),
+    Output(
+        "plot",
+        "OUT.png",
+        "also plot the error against the number of paths, as PNG or SVG (extra: plots)",
+        write_plot,
+        suffixes=(".png", ".svg"),
+        extra=("matplotlib", "plots"),
+    ),
+    Output(
+        "gif", "OUT.gif", "also write the learning course as a GIF", write_gif, suffixes=(".gif",), shows_course=True
+    ),
+    Output(
+        "mp4",
+        "OUT.mp4",
+        "also write the learning course as a film (extra: video)",
+        write_mp4,
+        suffixes=(".mp4",),
+        extra=("imageio_ffmpeg", "video"),
+        shows_course=True,
+    ),
+)
+
+
+def write_svg(file: str, finished: Finished) -> None:
+    """Write the SVG to a file, or to standard output."""
+    text = finished.recipe.svg(finished.result.drawing)
+    if file == STANDARD:
+        write_standard(text.encode())
+    else:
+        write_atomically(file, text)
+
+
+def check_outputs(
+    source: str,
+    output: str,
+    chosen: Sequence[tuple[Output, Path]],
+    num_stages: int,
+    checkpoint: str | os.PathLike[str] | None = None,
+) -> None:
+    """Raise ValueError for what could not be written at the end, and for what would overwrite picture or output."""
+    files = [] if output == STANDARD else [Path(output)]
+    if checkpoint is not None:
+        files.append(Path(checkpoint))
+    for kind, path in chosen:
+        kind.check(path)
+        if kind.parts is None:
+            files.append(path)
+            continue
+        if not path.exists():
+            check_folder(path.parent, path)
+        elif not path.is_dir():
+            raise ValueError(f"{path}: is a file, wanted a folder for the {kind.name}")
+        files += kind.parts(path, num_stages)
+    for file in files:
+        if file.parent.exists() or file.parent not in [path for _, path in chosen]:
+            check_file(file)
+    places = [os.path.realpath(file) for file in files]
+    for file, place in zip(files, places, strict=True):
+        if source != STANDARD and file.exists() and file.samefile(source):
+            raise ValueError(f"{file}: is the picture itself and would be overwritten")
+        if places.count(place) > 1 and not file.is_char_device():
+            raise ValueError(f"{file}: two outputs would go to this file")

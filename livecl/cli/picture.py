@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One picture: its run, what is written of it, and the lines that say what came of it, however it ended."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tempfile
+from pathlib import Path
+
+from livecl.cli.control import beginning, going_on
+from livecl.cli.interrupts import Interrupted, Interrupts
+from livecl.cli.messages import complain, say
+from livecl.cli.outputs import STANDARD, Finished, Output, write_svg
+from livecl.cli.progress import RunProgress
+from livecl.cli.request import Job
+from livecl.errors import LiveclError
+from livecl.files import remove_leftovers, write_atomically
+from livecl.image.resizing import working_size
+from livecl.run.checkpoint import discard_checkpoint
+from livecl.run.result import Result, RunError
+
+#: Exit code of what went wrong while working.
+FAILED = 1
+
+
+def run_job(job: Job, interrupts: Interrupts) -> int:
+    """Vectorize a picture, write what is to be written, and return the exit code.
+
+    Until the SVG is written, a signal only brings the run to its end, and a second one ends all at once; then the first
+    does.
+    """
+    if not job.quiet:
+        _announce(job)
+    with interrupts.waiting():
+        finished, failure = _worked(job, interrupts)
+        reason = str(failure) if finished is None else finished.result.stopped
+        code = _exit_code(failure, reason, interrupts)
+        if finished is None or (reason is not None and not finished.result.drawing.num_layers):
+            complain(f"{reason}; there was no path yet, and nothing was written{going_on(job.control)}")
+            return code or FAILED
+        saved = _write_svg(job, finished)
+    try:
+        written = [_write(kind, path, finished) for kind, path in job.outputs]
+    except Interrupted as interrupted:
+        complain(f"{interrupted}; {job.output_name} is written, other outputs may be missing{going_on(job.control)}")
+        return interrupted.exit_code
+    if not saved:
+        return code or FAILED
+    if reason is None and all(written):
+        _clean_up(job)
+    line = _line(job, finished.result, reason)
+    if code:
+        complain(line)
+    elif not job.quiet:
+        say(line)
+    return code if all(written) else code or FAILED
+
+
+def _announce(job: Job) -> None:
+    """Say what may not be as expected."""
+    height, width = job.image.shape[:2]
+    smaller = working_size((height, width), job.recipe.size)
+    if smaller != (height, width):
+        say(
+            f"{job.name}: {width}x{height} px, worked on at {smaller[1]}x{smaller[0]} px "
+            f"(--size full works on all pixels)"
+        )
+    if line := beginning(job.control):
+        say(line)
+    elif job.control.resume and any(kind.shows_course for kind, _ in job.outputs):
+        say("the film will show the course from where the run goes on")
+
+
+def _worked(job: Job, interrupts: Interrupts) -> tuple[Finished | None, RunError | None]:
+    """Return what came of the run, and how it failed."""
+    course, failure, result = None, None, None
+    control = dataclasses.replace(job.control, stop=interrupts.reason)
+    with RunProgress(job.recipe.options.revisions, quiet=job.quiet) as progress:
+        if any(kind.shows_course for kind, _ in job.outputs):
+            from livecl.views.course import Course
+
+            course = Course(job.frame_step, on_step=progress.show)
+        try:
+            result = job.recipe.vectorize(job.image, job.device, course or progress.show, control)
+        except RunError as error:
+            result, failure = error.result, error
+    if result is None:
+        return None, failure
+    return Finished(job.name, job.image, job.recipe, result, job.command, course, job.device, job.quiet), failure
+
+
+def _exit_code(failure: RunError | None, reason: str | None, interrupts: Interrupts) -> int:
+    if failure is not None:
+        return FAILED
+    if interrupts.pending is not None and reason == str(interrupts.pending):
+        return interrupts.pending.exit_code
+    return 0
+
+
+def _write_svg(job: Job, finished: Finished) -> bool:
+    """Write the SVG; where that cannot be done, put it where it can, and say so."""
+    try:
+        write_svg(job.output, finished)
+    except OSError as error:
+        kept = f"{_rescue(job, finished)}{going_on(job.control)}"
+        complain(f"{job.output_name}: cannot be written ({_why(error)}); {kept}")
+        return False
+    return True
+
+
+def _rescue(job: Job, finished: Finished) -> str:
+    """Write the SVG into a new folder for temporary files, and return in words where it is."""
+    name = "drawing.svg" if job.output == STANDARD else Path(job.output).name
+    try:
+        file = Path(tempfile.mkdtemp(prefix="livecl-")) / name
+        write_atomically(file, finished.recipe.svg(finished.result.drawing))
+    except OSError as error:
+        return f"nor can it be in {tempfile.gettempdir()} ({_why(error)})"
+    return f"the drawing is in {file}"
+
+
+def _write(kind: Output, path: Path, finished: Finished) -> bool:
+    """Write an output; where that cannot be done, say so."""
+    try:
+        kind.write(path, finished)
+    except OSError as error:
+        complain(f"--{kind.name}: {path}: cannot be written ({_why(error)})")
+        return False
+    except (LiveclError, MemoryError, ArithmeticError, ValueError) as error:
+        complain(f"--{kind.name}: {path}: {error or type(error).__name__}")
+        return False
+    return True
+
+
+def _clean_up(job: Job) -> None:
+    """Delete what was kept in case that the run did not come to this end."""
+    if job.output != STANDARD:
+        remove_leftovers(job.output)
+    if job.control.checkpoint is not None:
+        discard_checkpoint(job.control.checkpoint)
+
+
+def _line(job: Job, result: Result, reason: str | None) -> str:
+    """Return the line at the end."""
+    error = "unknown" if math.isnan(result.mse) else f"{result.mse:.3g}"
+    smaller = result.working_size
+    at = "" if smaller in (None, result.drawing.size) else f" at {smaller[1]}x{smaller[0]} px"
+    figures = f"{result.drawing.num_layers} paths, MSE {error}{at}, {result.seconds:.1f} s"
+    if reason is None:
+        return f"{job.output_name}: {figures}"
+    return f"{reason}; {job.output_name} has the best drawing so far: {figures}{going_on(job.control)}"
+
+
+def _why(error: OSError) -> str:
+    return error.strerror or str(error)

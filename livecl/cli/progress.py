@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Progress bars on standard error, off where that is no terminal; the course of a run in the log."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import time
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from livecl.batch.summary import Outcome
+    from livecl.run.stages import Step
+
+#: Seconds between two renders for the error that the progress bar shows.
+MSE_INTERVAL = 0.5
+
+_log = logging.getLogger(__name__)
+
+
+class _Progress:
+    """What all progress bars share: they are closed where they are left."""
+
+    def __init__(self, total: int | None, unit: str, *, quiet: bool) -> None:
+        from tqdm import tqdm
+
+        width, height = shutil.get_terminal_size()  # a size also where the terminal has none
+        self._bar: tqdm[Any] = tqdm(
+            total=total,
+            disable=True if quiet else None,
+            unit=unit,
+            ncols=width - 1,
+            nrows=height,
+            leave=False,
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+
+class RunProgress(_Progress):
+    """A progress bar over all iterations of all stages.
+
+    Parameters
+    ----------
+    revisions : int
+        How many of the stages are revisions, at the end.
+    quiet : bool
+        Show none.
+    """
+
+    def __init__(self, revisions: int, *, quiet: bool) -> None:
+        super().__init__(None, "it", quiet=quiet)
+        self._bar.set_description("preparing")
+        self._revisions = revisions
+        self._next_mse = 0.0
+        self._mse = ""
+
+    def show(self, step: Step) -> None:
+        """Move the bar to an iteration; the error costs a render and is shown a few times a second only."""
+        num_stages = step.num_stages - self._revisions
+        revision = step.stage - num_stages
+        text = f"stage {step.stage + 1}/{num_stages}" if revision < 0 else f"revision {revision + 1}"
+        if step.iteration == step.iterations and _log.isEnabledFor(logging.INFO):
+            _log.info("%s: %d paths, MSE %.3g", text, step.paths, step.mse)
+        if self._bar.disable:
+            return
+        now = time.monotonic()
+        if now >= self._next_mse:
+            self._next_mse = now + MSE_INTERVAL
+            self._mse = f"{step.mse:.3g}"
+        self._bar.total = step.num_stages * step.iterations
+        self._bar.set_description(text, refresh=False)
+        self._bar.set_postfix_str(f"paths {step.paths}, MSE {self._mse}", refresh=False)
+        self._bar.update(step.stage * step.iterations + step.iteration - self._bar.n)
+
+
+class FilmProgress(_Progress):
+    """A progress bar over the pictures of a film.
+
+    Parameters
+    ----------
+    name : str
+        What is written.
+    quiet : bool
+        Show none.
+    """
+
+    def __init__(self, name: str, *, quiet: bool) -> None:
+        super().__init__(None, "picture", quiet=quiet)
+        self._bar.set_description(name)
+
+    def show(self, done: int, total: int) -> None:
+        """Move the bar to a picture."""
+        self._bar.total = total
+        self._bar.update(done - self._bar.n)
+
+
+class BatchProgress(_Progress):
+    """A progress bar over the pictures of a batch.
+
+    Parameters
+    ----------
+    total : int
+        Number of pictures.
+    quiet : bool
+        Show none.
+    """
+
+    def __init__(self, total: int, *, quiet: bool) -> None:
+        super().__init__(total, "picture", quiet=quiet)
+        self._failed = 0
+
+    def show(self, outcome: Outcome) -> None:
+        """Count a picture."""
+        _log.info("%s: %s %s", outcome.file, outcome.status, outcome.message)
+        if outcome.status == "failed":
+            self._failed += 1
+            self._bar.set_postfix_str(f"{self._failed} failed", refresh=False)
+        self._bar.update()

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From arguments to work: pictures found and read, and all that can be wrong said, before the work starts."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.batch.batch import Batch
+from livecl.batch.inputs import is_pattern
+from livecl.cli.control import control_of, going_on
+from livecl.cli.method import given_options
+from livecl.cli.outputs import OUTPUTS, STANDARD, Output, check_outputs
+from livecl.drawing.drawing import Drawing, empty_drawing
+from livecl.image.reading import read_image
+from livecl.options import PRESET_PATHS
+from livecl.run.control import Control
+from livecl.run.recipe import Recipe
+from livecl.schedule import DEFAULT_PATHS
+from livecl.svg import read_svg
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Job:
+    """One picture, read, and what is to be made of it."""
+
+    name: str
+    image: NDArray[np.float32]
+    recipe: Recipe
+    output: str
+    outputs: list[tuple[Output, Path]]
+    frame_step: int
+    command: tuple[str, ...]
+    device: str | None
+    quiet: bool
+    control: Control
+
+    @property
+    def output_name(self) -> str:
+        """What messages call the SVG."""
+        return "standard output" if self.output == STANDARD else self.output
+
+    @property
+    def kept(self) -> str:
+        """What there is of a run that was ended at once."""
+        return f"nothing was written{going_on(self.control)}"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class BatchJob:
+    """Several pictures for one folder."""
+
+    batch: Batch
+    folder: str
+    quiet: bool
+
+    @property
+    def kept(self) -> str:
+        """What there is of a batch that was ended."""
+        return f"what was finished is in {self.folder}"
+
+
+def checked(arguments: argparse.Namespace) -> Job | BatchJob:
+    """Read the picture, or find the pictures, and check all else that is asked for, without touching a file.
+
+    Raises
+    ------
+    ValueError, LiveclError
+        If it cannot be done; the message is one line for the user.
+    """
+    from livecl.opencl.device import choose_device
+
+    missing = [name for name, value in (("IN", arguments.inputs), ("-o", arguments.output)) if not value]
+    if missing:
+        raise ValueError(f"nothing to do without {' and '.join(missing)}: livecl IN -o OUT.svg (see --help)")
+    recipe = recipe_of(arguments)
+    inputs: list[str] = arguments.inputs
+    if len(inputs) > 1 or Path(inputs[0]).is_dir() or is_pattern(inputs[0]):
+        return _checked_batch(arguments, recipe)
+    for name in ("workers", "scheduler"):
+        if getattr(arguments, name) is not None:
+            raise ValueError(f"--{name}: goes with several pictures, or a folder of them")
+    (source,) = inputs
+    image = _checked_image(source)
+    chosen = [(kind, Path(path)) for kind in OUTPUTS if (path := getattr(arguments, kind.name)) is not None]
+    recipe.start_on((image.shape[0], image.shape[1]))
+    control = control_of(arguments)
+    check_outputs(source, arguments.output, chosen, len(recipe.stages), control.checkpoint)
+    choose_device(arguments.device)
+    return Job(
+        name="standard input" if source == STANDARD else source,
+        image=image,
+        recipe=recipe,
+        output=arguments.output,
+        outputs=chosen,
+        frame_step=arguments.frame_step,
+        command=arguments.command,
+        device=arguments.device,
+        quiet=arguments.quiet,
+        control=control,
+    )
+
+
+def recipe_of(arguments: argparse.Namespace) -> Recipe:
+    """Return what is to be done to each picture."""
+    paths, schedule = arguments.paths, arguments.schedule
+    start = None if arguments.start is None else read_svg(arguments.start)
+    if paths is None and schedule is None and start is None:
+        paths = PRESET_PATHS.get(arguments.preset)
+    if arguments.preset == "diffvg" and schedule is None and start is None:
+        schedule = str(paths or DEFAULT_PATHS)
+    return Recipe(
+        paths=paths,
+        schedule=schedule,
+        options=given_options(arguments),
+        seed=arguments.seed,
+        size=arguments.size,
+        precision=arguments.precision,
+        layers=arguments.layers,
+        start=start,
+        lock=_locked(start, arguments.lock or ()),
+    )
+
+
+def _locked(start: Drawing | None, specs: Sequence[str]) -> tuple[int, ...]:
+    """Return the layers that are named, each once."""
+    if start is None:
+        if specs:
+            raise ValueError("--lock: layers of what? name the drawing that they belong to with --start")
+        return ()
+    return tuple(sorted({int(layer) for spec in specs for layer in start.select(spec)}))
+
+
+def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return what a file of options says that leads to the same recipe."""
+    return {
+        **({"paths": "auto"} if recipe.paths == "auto" else {"schedule": list(recipe.stages)}),
+        "size": recipe.size,
+        "precision": recipe.precision,
+        "layers": recipe.layers,
+        "seed": recipe.seed,
+        **dataclasses.asdict(recipe.options),
+        **{name: getattr(arguments, name) for name in ("device", "threads", "workers", "scheduler", "time_limit")},
+    }
+
+
+def _checked_batch(arguments: argparse.Namespace, recipe: Recipe) -> BatchJob:
+    if STANDARD in arguments.inputs:
+        raise ValueError("-: standard input is one picture, and goes alone")
+    if arguments.output == STANDARD:
+        raise ValueError("-: several SVGs need a folder, not standard output")
+    for kind in OUTPUTS:
+        if getattr(arguments, kind.name) is not None:
+            raise ValueError(f"--{kind.name}: goes with one picture, and there are several, or a folder")
+    for name in ("checkpoint", "checkpoint_period", "resume"):
+        if getattr(arguments, name):
+            option = name.replace("_", "-")
+            raise ValueError(f"--{option}: goes with one picture; a folder of SVGs goes on by itself where it was left")
+    batch = Batch(
+        arguments.inputs,
+        arguments.output,
+        recipe=recipe,
+        device=arguments.device,
+        workers=arguments.workers,
+        threads=arguments.threads or 1,
+        scheduler=arguments.scheduler,
+        skip_done=not arguments.redo,
+        time_limit=arguments.time_limit,
+    )
+    return BatchJob(batch=batch, folder=arguments.output, quiet=arguments.quiet)
+
+
+def _checked_image(source: str) -> NDArray[np.float32]:
+    image = read_image(sys.stdin.buffer if source == STANDARD else source)
+    try:
+        empty_drawing((image.shape[0], image.shape[1]))
+    except ValueError as error:
+        raise ValueError(f"{source}: {error}") from error
+    return image

@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Drawing`: its layers, their labels and colours, and checks of what it is given."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: Apache-2.0
+from .drawing import Drawing as Drawing
+from .drawing import empty_drawing as empty_drawing
+
+__all__ = [
+    "Drawing",
+    "empty_drawing",
+]

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Drawing`: a canvas with layers of closed cubic Bézier paths, in packed arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import os
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.drawing.checks import checked_floats, checked_integers, checked_names, checked_offsets, checked_size
+from livecl.drawing.labels import layer_labels, select_layers
+
+if TYPE_CHECKING:
+    from livecl.svg.writer import LayerStyle
+
+#: Largest coordinate accepted, px: beyond it float32 no longer resolves a sixteenth of a pixel.
+MAX_COORDINATE = 1e6
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+
+@dataclasses.dataclass(frozen=True, eq=False, init=False)
+class Drawing:
+    """Layers of closed cubic Bézier paths over a background.
+
+    A row of `points` is a segment (anchor, handle, handle): the next row's anchor ends it, the subpath's first anchor
+    ends the subpath's last segment. A subpath is a closed run of segments; a layer is one or more subpaths, filled
+    together by the nonzero rule with one colour; layer 0 is painted first. The arrays are read-only copies: use
+    :meth:`replace` to change one.
+
+    Parameters
+    ----------
+    points : (M, 3, 2) array_like
+        Control points (x, y), px, y down; pixel centres lie at (column + 0.5, row + 0.5).
+    colors : (N, 4) array_like
+        Straight RGBA in [0, 1] of each layer's fill; A is the opacity.
+    size : (int, int)
+        Height and width of the canvas, px.
+    background : (3,) array_like or None
+        Opaque RGB in [0, 1] beneath all layers; None for a transparent canvas.
+    subpath_offsets : (S + 1,) array_like of int, optional
+        Subpath s has the segments ``subpath_offsets[s]:subpath_offsets[s + 1]``.
+    layer_offsets : (N + 1,) array_like of int, optional
+        Layer n has the subpaths ``layer_offsets[n]:layer_offsets[n + 1]``.
+        Without offsets, the M segments are shared equally by the N layers, one subpath each.
+    stages : (N,) array_like of int, optional
+        Stage of the learning course that added each layer; all 0 where not given.
+    names : (N,) sequence of str, optional
+        Name of each layer, "" for none; all "" where not given. Kept on one line of visible characters, 120 at most.
+
+    Raises
+    ------
+    ValueError
+        If shapes, offsets or numbers do not fit together; the message names the argument.
+    """
+
+    points: FloatArray
+    colors: FloatArray
+    size: tuple[int, int]
+    background: FloatArray | None
+    subpath_offsets: IntArray
+    layer_offsets: IntArray
+    stages: IntArray
+    names: tuple[str, ...]
+
+    def __init__(
+        self,
+        *,
+        points: ArrayLike,
+        colors: ArrayLike,
+        size: tuple[int, int],
+        background: ArrayLike | None = (1.0, 1.0, 1.0),
+        subpath_offsets: ArrayLike | None = None,
+        layer_offsets: ArrayLike | None = None,
+        stages: ArrayLike | None = None,
+        names: Sequence[str] | None = None,
+    ) -> None:
+        values: dict[str, Any] = {"size": checked_size(size)}
+        values["points"] = checked_floats("points", points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
+        values["colors"] = checked_floats("colors", colors, (-1, 4), 0.0, 1.0)
+        values["background"] = None if background is None else checked_floats("background", background, (3,), 0.0, 1.0)
+        num_segments, num_layers = len(values["points"]), len(values["colors"])
+        if (subpath_offsets is None) != (layer_offsets is None):
+            raise ValueError("subpath_offsets and layer_offsets must be given together, or neither")
+        if subpath_offsets is None:
+            if num_layers and (num_segments % num_layers or not num_segments):
+                raise ValueError(
+                    f"points: {num_segments} segments cannot be shared equally by {num_layers} layers; "
+                    "give subpath_offsets and layer_offsets"
+                )
+            subpath_offsets = np.linspace(0, num_segments, num_layers + 1)
+            layer_offsets = np.arange(num_layers + 1)
+        if not num_layers and num_segments:
+            raise ValueError(f"points: {num_segments} segments belong to no layer, as colors is empty")
+        values["subpath_offsets"] = checked_offsets("subpath_offsets", subpath_offsets, None, num_segments)
+        num_subpaths = len(values["subpath_offsets"]) - 1
+        values["layer_offsets"] = checked_offsets("layer_offsets", layer_offsets, num_layers, num_subpaths)
+        values["stages"] = np.zeros(num_layers, np.int32) if stages is None else checked_integers("stages", stages)
+        if values["stages"].shape != (num_layers,):
+            raise ValueError(f"stages: shape {values['stages'].shape}, wanted ({num_layers},)")
+        values["names"] = ("",) * num_layers if names is None else checked_names(names, num_layers)
+        for value in values.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+        self.__dict__.update(values)
+
+    @property
+    def num_layers(self) -> int:
+        """Number of layers, N."""
+        return len(self.colors)
+
+    @property
+    def num_segments(self) -> int:
+        """Number of cubic segments, M."""
+        return len(self.points)
+
+    @functools.cached_property
+    def segment_offsets(self) -> IntArray:
+        """First segment of each layer, and M at the end: (N + 1,) int."""
+        return self.subpath_offsets[self.layer_offsets]
+
+    @functools.cached_property
+    def segment_layers(self) -> IntArray:
+        """Layer of each segment: (M,) int."""
+        return np.repeat(np.arange(self.num_layers, dtype=np.int32), np.diff(self.segment_offsets))
+
+    @functools.cached_property
+    def next_segments(self) -> IntArray:
+        """Segment whose anchor ends each segment: (M,) int, a permutation."""
+        following = np.arange(1, self.num_segments + 1, dtype=np.int32)
+        following[self.subpath_offsets[1:] - 1] = self.subpath_offsets[:-1]
+        return following
+
+    @property
+    def cubics(self) -> FloatArray:
+        """The four control points of every segment: (M, 4, 2)."""
+        return np.concatenate([self.points, self.points[self.next_segments, :1]], axis=1)
+
+    def replace(self, **changes: Any) -> Drawing:
+        """Return a copy with some arguments changed."""
+        return dataclasses.replace(self, **changes)
+
+    def moved(self, points: FloatArray, colors: FloatArray, background: FloatArray | None) -> Drawing:
+        """Return the drawing with other numbers and the same structure, unchecked: for loops that call it often.
+
+        The arrays are taken as they are, not copied; the caller does not change them afterwards.
+        """
+        drawing = object.__new__(Drawing)
+        drawing.__dict__.update(self.__dict__, points=points, colors=colors, background=background)
+        return drawing
+
+    def same_structure(self, other: Drawing) -> bool:
+        """Return whether `other` shares this drawing's offsets: one was made from the other by :meth:`moved`."""
+        return self.subpath_offsets is other.subpath_offsets and self.layer_offsets is other.layer_offsets
+
+    def layer_subset(self, keep: ArrayLike) -> Drawing:
+        """Return the drawing of some of the layers.
+
+        Parameters
+        ----------
+        keep : (N,) array_like of bool or (K,) array_like of int
+            Layers to keep, as a mask or as indices in the wanted paint order.
+
+        Returns
+        -------
+        Drawing
+            K layers on the same canvas.
+        """
+        layers = np.arange(self.num_layers)[np.asarray(keep)]
+        subpaths = _ranges(self.layer_offsets, layers)
+        segments = _ranges(self.subpath_offsets, subpaths)
+        return self.replace(
+            points=self.points[segments],
+            colors=self.colors[layers],
+            subpath_offsets=_offsets(np.diff(self.subpath_offsets)[subpaths]),
+            layer_offsets=_offsets(np.diff(self.layer_offsets)[layers]),
+            stages=self.stages[layers],
+            names=[self.names[layer] for layer in layers],
+        )
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Name of each layer; where it has none, one of index, colour and place, such as ``layer-03 orange left``."""
+        return layer_labels(self)
+
+    def select(self, spec: int | str) -> NDArray[np.int64]:
+        """Return the layers that are meant by an index, a name or a colour.
+
+        Parameters
+        ----------
+        spec : int or str
+            An index from 0, the bottom layer, also as text; else the whole of a label; else, in any case, a part of
+            one, or the colour of the fill to 8 bits: ``#rrggbb``, a CSS name.
+
+        Returns
+        -------
+        (K,) int64
+            Indices of at least one layer, rising.
+
+        Raises
+        ------
+        ValueError
+            If no layer is meant; the message lists the labels.
+        """
+        return select_layers(self, spec)
+
+    def save_svg(self, path: str | os.PathLike[str], precision: int = 3, layers: LayerStyle = "inkscape") -> None:
+        """Write the drawing as SVG, replacing an existing file atomically; see :func:`livecl.svg.format_svg`."""
+        from livecl.svg.writer import save_svg
+
+        save_svg(self, path, precision, layers)
+
+    def _repr_svg_(self) -> str:
+        from livecl.svg.writer import format_svg
+
+        return format_svg(self)
+
+
+def concatenate(below: Drawing, above: Drawing) -> Drawing:
+    """Put the layers of one drawing above those of another, on the canvas and background of `below`."""
+    return below.replace(
+        points=np.concatenate([below.points, above.points]),
+        colors=np.concatenate([below.colors, above.colors]),
+        subpath_offsets=np.concatenate([below.subpath_offsets, above.subpath_offsets[1:] + below.num_segments]),
+        layer_offsets=np.concatenate([below.layer_offsets, above.layer_offsets[1:] + below.layer_offsets[-1]]),
+        stages=np.concatenate([below.stages, above.stages]),
+        names=below.names + above.names,
+    )
+
+
+def empty_drawing(size: tuple[int, int], background: ArrayLike | None = (1.0, 1.0, 1.0)) -> Drawing:
+    """Return a drawing without layers."""
+    return Drawing(
+        points=np.zeros((0, 3, 2)),
+        colors=np.zeros((0, 4)),
+        size=size,
+        background=background,
+    )
+
+
+def _offsets(counts: IntArray) -> IntArray:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+
+
+def _ranges(offsets: IntArray, items: NDArray[Any]) -> NDArray[Any]:
+    """Indices of all members of the given items, in their order."""
+    parts = [np.arange(offsets[i], offsets[i + 1]) for i in items]
+    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Closed cubic paths fitted to a polyline, with anchors where they serve best: at corners, and where curves change.
+
+Anchors lie on the polyline. The two handles between two anchors are the least-squares fit to the polyline between them,
+its length being the parameter: a linear problem, as a cubic is linear in its control points. Which anchors leave the
+smallest error for a number of segments is found for all numbers at once by dynamic programming: the best path with k
+segments up to a point is the best with k - 1 up to some earlier point and one segment more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.geometry.bezier import bernstein
+
+FloatArray = NDArray[np.float64]
+
+#: Places on the polyline where anchors may lie, one for so many px, at most; more where more segments are asked for.
+PLACES, LEAST_PLACES, SPACING = 64, 24, 2.0
+#: Points at which a segment is compared with the polyline, and the polyline's points for each place.
+POINTS, FINE = 24, 4
+
+
+def fit_outlines(polyline: FloatArray, most: int) -> list[FloatArray]:
+    """Return the closed paths of 1, 2, ... `most` segments that follow a closed polyline best.
+
+    Parameters
+    ----------
+    polyline : (P, 2) float
+        Closed outline, px.
+    most : int
+        Segments of the last path.
+
+    Returns
+    -------
+    list of (s, 3, 2) float64
+        The path of s segments is at index s - 1; it runs the way the polyline does.
+    """
+    length = float(np.hypot(*(np.roll(polyline, -1, axis=0) - polyline).T).sum())
+    places = max(most, int(np.clip(np.ceil(length / SPACING), LEAST_PLACES, PLACES)))
+    points = _evenly(polyline, places * FINE)
+    errors, handles = _segment_fits(points, places)
+    first = _corner(errors)
+    return [_path(points, handles, anchors) for anchors in _best_places(errors, first, most)]
+
+
+def fit_outline(polyline: FloatArray, segments: int) -> FloatArray:
+    """Return the closed path of some segments that follows a closed polyline best; see :func:`fit_outlines`."""
+    return fit_outlines(polyline, segments)[-1]
+
+
+def _evenly(polyline: FloatArray, count: int) -> FloatArray:
+    """Return points at equal steps of length along a closed polyline: (count, 2)."""
+    closed = np.concatenate([polyline, polyline[:1]])
+    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    samples = np.linspace(0, lengths[-1], count, endpoint=False)
+    return np.stack([np.interp(samples, lengths, closed[:, axis]) for axis in (0, 1)], axis=1)
+
+
+def _segment_fits(points: FloatArray, places: int) -> tuple[FloatArray, FloatArray]:
+    """Fit a cubic from every place to every other.
+
+    Returns
+    -------
+    errors : (places, places) float64
+        Sum of squared distances, by first place and number of places on less one, in units of one place's length.
+    handles : (places, places, 2, 2) float64
+        The two handles, px.
+    """
+    weights = bernstein(np.linspace(0, 1, POINTS + 1))
+    inner, ends = weights[:, 1:3], weights[:, [0, 3]]
+    solve = np.linalg.pinv(inner)
+    errors, handles = np.empty((places, places)), np.empty((places, places, 2, 2))
+    starts = FINE * np.arange(places)
+    twice = np.tile(points @ (1, 1j), 2)  # a complex number is looked up in one go
+    steps = np.roll(twice, -1) - twice
+    for length in range(1, places + 1):
+        along = np.linspace(0, FINE * length, POINTS + 1)
+        whole = along.astype(np.int64)
+        at = whole[:, None] + starts
+        runs = twice.take(at, mode="wrap") + (along - whole)[:, None] * steps.take(at, mode="wrap")
+        rest = runs.view(np.float64)  # (POINTS + 1, 2 places), x and y of one place after the other
+        rest = rest - ends @ rest[[0, -1]]
+        fit = solve @ rest
+        misses = inner @ fit - rest
+        handles[:, length - 1] = fit.reshape(2, places, 2).transpose(1, 0, 2)
+        errors[:, length - 1] = length / POINTS * np.square(misses).sum(axis=0).reshape(places, 2).sum(axis=1)
+    return errors, handles
+
+
+def _corner(errors: FloatArray) -> int:
+    """Return the place that a short segment across it fits worst: an anchor belongs there in any case."""
+    length = len(errors) // 12
+    return int((np.argmax(errors[:, length - 1]) + length // 2) % len(errors))
+
+
+def _best_places(errors: FloatArray, first: int, most: int) -> list[NDArray[np.int64]]:
+    """Return the anchors' places of the best paths of 1, 2, ... `most` segments, `first` being one of them."""
+    count = len(errors)
+    ends, lengths = np.arange(count + 1)[:, None], np.arange(1, count + 1)
+    starts = ends - lengths  # by end, counted from `first` on, and length
+    cost = np.where(starts >= 0, errors[(first + starts) % count, lengths - 1], np.inf)
+    best = np.where(ends[:, 0] == 0, 0.0, np.inf)
+    before: list[NDArray[np.int64]] = []
+    found = []
+    for _ in range(most):
+        totals = best[np.maximum(starts, 0)] + cost
+        chosen = np.argmin(totals, axis=1)
+        best = np.take_along_axis(totals, chosen[:, None], axis=1)[:, 0]
+        before.append(ends[:, 0] - lengths[chosen])
+        places = [count]
+        for step in reversed(before):
+            places.append(int(step[places[-1]]))
+        found.append(first + np.array(places[:0:-1], dtype=np.int64))
+    return found
+
+
+def _path(points: FloatArray, handles: FloatArray, places: NDArray[np.int64]) -> FloatArray:
+    count = len(handles)
+    lengths = np.diff(places, append=places[0] + count)
+    anchors = points[FINE * places % len(points)]
+    return np.concatenate([anchors[:, None], handles[places % count, lengths - 1]], axis=1)

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What lies beneath the layers: which background a picture gets, and the picture as it is compared over it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.drawing.colors import parse_color
+from livecl.image.reading import over_background, premultiplied
+
+#: Backgrounds that are words: as the picture asks for, none, the colour of the picture's border, trained from white on.
+PICTURE, NONE, AUTO, TRAIN = "picture", "none", "auto", "train"
+WHITE = (1.0, 1.0, 1.0)
+#: Levels of each channel that colours of the border are counted by.
+LEVELS = 32
+
+FloatArray = NDArray[np.float64]
+Rgb = tuple[float, float, float]
+
+
+def check_background(text: str) -> None:
+    """Raise ValueError unless `text` is one of the words above or an opaque CSS colour."""
+    if text not in (PICTURE, NONE, AUTO, TRAIN):
+        try:
+            parse_color(text)
+        except ValueError as error:
+            reason = str(error).removeprefix("color: ")
+            raise ValueError(f"background: {reason}, or one of {PICTURE}, {NONE}, {AUTO}, {TRAIN}") from None
+
+
+def background_for(text: str, image: NDArray[np.float32], start: ArrayLike | None = None) -> Rgb | None:
+    """Return the background that a run begins with.
+
+    Parameters
+    ----------
+    text : str
+        A colour; "none"; "auto", the most frequent colour of the picture's border; "train", white at first; "picture":
+        none where the picture has alpha, and white else.
+    image : (H, W, 3) or (H, W, 4) float32
+        The picture, straight.
+    start : (3,) array_like or None
+        Background of the drawing that the run starts from; "picture" and "train" keep it.
+
+    Returns
+    -------
+    (float, float, float) or None
+        Opaque RGB in [0, 1]; None for a transparent canvas.
+    """
+    if text == NONE:
+        return None
+    if text == AUTO:
+        return border_color(image)
+    if text in (PICTURE, TRAIN):
+        if start is not None:
+            red, green, blue = map(float, np.asarray(start))
+            return red, green, blue
+        return None if text == PICTURE and image.shape[2] == 4 else WHITE
+    red, green, blue = map(float, parse_color(text))
+    return red, green, blue
+
+
+def border_color(image: NDArray[np.float32]) -> Rgb:
+    """Return the most frequent colour of a picture's outermost pixels, over white: the mean of the fullest bin."""
+    flat = over_background(image, WHITE)
+    border = np.concatenate([flat[0], flat[-1], flat[1:-1, 0], flat[1:-1, -1]]).astype(np.float64)
+    bins = np.minimum(np.floor(border * LEVELS), LEVELS - 1).astype(np.int64) @ (LEVELS**2, LEVELS, 1)
+    fullest = np.argmax(np.bincount(bins))
+    red, green, blue = border[bins == fullest].mean(axis=0).tolist()
+    return red, green, blue
+
+
+def target_over(image: NDArray[np.float32], background: ArrayLike | None) -> NDArray[np.float32]:
+    """Return what a drawing's render is compared with.
+
+    Over a background that is RGB, (H, W, 3). Without one it is premultiplied RGBA, (H, W, 4): so the colour of clear
+    pixels does not count, and over any background b the difference in the picture is (C - C*) - (A - A*) b
+    (:mod:`livecl.image.alpha`).
+    """
+    return premultiplied(image) if background is None else over_background(image, background)

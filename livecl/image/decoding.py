@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pixels of opened pictures as colour and alpha: palettes, grey, depths of more than 8 bits, frames, turns."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.errors import ImageError, readable
+from livecl.image.source import MAX_PIXELS, TOO_LARGE
+from livecl.image.srgb import in_srgb, other_profile, without_gamma
+from livecl.image.tiff import decode_deep_tiff, is_deep_tiff, scaled
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+    from PIL.ImageFile import ImageFile
+
+#: Pillow's names of 16-bit PNG layouts: the raw modes that unpack the high and the low byte of each number.
+_DEEP_PNG = {"RGB;16B": ("RGB;16B", "RGB;16L"), "RGBA;16B": ("RGBA;16B", "RGBA;16L"), "LA;16B": ("RGBA", "RGBA")}
+#: Kinds of files whose frames or pages are pictures like the first one; others keep previews and layers in them.
+_STACKS = ("GIF", "PNG", "WEBP", "TIFF", "AVIF")
+#: EXIF and TIFF tag of the orientation, 1 to 8.
+_ORIENTATION = 0x0112
+
+FloatArray = NDArray[np.float32]
+
+
+def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, FloatArray | None, int]:
+    """Decode a picture.
+
+    Parameters
+    ----------
+    name : str
+        What to call the picture in a warning.
+    data : bytes
+        The file's content.
+    image : PIL.Image.Image or None
+        The same, opened by Pillow, or a picture without a file; None for a TIFF of a kind that Pillow does not know.
+
+    Returns
+    -------
+    color : (H, W, 1) or (H, W, 3) float32
+        Straight grey or RGB, 1 for full intensity; a float picture's numbers are as in the file.
+    alpha : (H, W, 1) float32 or None
+        Alpha, where there is any.
+    orientation : int
+        EXIF orientation, still to be applied.
+
+    Raises
+    ------
+    ImageError
+        If the picture is of a kind that is not read; damaged data raises exceptions of every kind.
+    """
+    from PIL import Image
+
+    if image is not None and image.format in _STACKS and getattr(image, "is_animated", False):
+        warnings.warn(f"{name}: holds several pictures; the first is taken", stacklevel=4)
+    if image is None or is_deep_tiff(image):
+        color, alpha, orientation = decode_deep_tiff(data)
+    else:
+        if _is_deep_png(image):
+            color, alpha = _deep_png(data, cast("ImageFile", image))
+        elif image.mode in ("I", "F") or image.mode.startswith("I;16"):
+            color, alpha = _deep_grey(image)
+        else:
+            flat, alpha = _flat(image)
+            return in_srgb(name, flat, image.info), alpha, _orientation(name, image)
+        orientation = _orientation(name, image)
+    info = {} if image is None else image.info
+    if other_profile(info) and np.isfinite(color).all():
+        levels = np.rint(np.clip(color, 0, 1) * 255).astype(np.uint8)
+        color = in_srgb(name, Image.fromarray(levels[..., 0] if levels.shape[2] == 1 else levels), info)
+    else:
+        color = without_gamma(color, info)
+    return color, alpha, orientation
+
+
+def _orientation(name: str, image: Image) -> int:
+    """Return the EXIF orientation; 1, with a warning, where what the file says of itself cannot be read.
+
+    To be asked for once the pixels are decoded: those of a TIFF are turned then already.
+    """
+    try:
+        orientation: int = image.getexif().get(_ORIENTATION, 1)
+    except Exception as error:  # as decoders do, it meets damaged data with exceptions of every kind
+        reason = readable(str(error)[:150])
+        warnings.warn(f"{name}: its EXIF data cannot be read ({reason}); it is not turned", stacklevel=5)
+        return 1
+    return orientation
+
+
+def _flat(image: Image) -> tuple[Image, FloatArray | None]:
+    """Return an 8-bit picture as Pillow's L, RGB or CMYK, and its alpha (H, W, 1) apart."""
+    image.load()
+    if image.width * image.height > MAX_PIXELS:  # an icon's picture may be larger than its file's head says
+        raise ImageError(TOO_LARGE)
+    alpha: FloatArray | None = None
+    grey = image.mode in ("1", "L", "LA", "La")
+    if "transparency" in image.info or image.mode in ("LA", "La", "PA", "RGBA", "RGBa"):
+        image = (image.convert("LA") if image.mode == "La" else image).convert("RGBA")
+        alpha = np.asarray(image.getchannel("A"), dtype=np.float32)[..., None] / np.float32(255)
+    wanted = "L" if grey else image.mode if image.mode in ("CMYK", "LAB") else "RGB"
+    return image.convert(wanted), alpha
+
+
+def _is_deep_png(image: Image) -> bool:
+    """Whether a picture is an opened PNG of more than 8 bits in several channels."""
+    tiles: Any = getattr(image, "tile", ())  # of files only
+    return image.format == "PNG" and bool(tiles) and tiles[0][3] in _DEEP_PNG
+
+
+def _deep_png(data: bytes, image: ImageFile) -> tuple[FloatArray, FloatArray | None]:
+    """Decode a 16-bit colour or grey-and-alpha PNG, which Pillow cuts to 8 bits, from its high and its low bytes.
+
+    PNG's numbers are big-endian: read as if they were little-endian, their low bytes are the ones that are kept.
+    Grey and alpha are four bytes a pixel, which Pillow takes apart as if they were RGBA.
+    """
+    from PIL import Image
+
+    layout = str(image.tile[0][3])
+    halves = []
+    for raw_mode in _DEEP_PNG[layout]:
+        half = Image.open(io.BytesIO(data))
+        half.tile = [type(tile)(*tile[:3], raw_mode) for tile in half.tile]
+        halves.append(np.asarray(half, dtype=np.uint16))
+    high, low = halves if layout != "LA;16B" else (halves[0][..., 0::2], halves[0][..., 1::2])
+    pixels = high * np.uint16(256) + low
+    num_colors = 1 if layout == "LA;16B" else 3
+    alpha = None
+    if "transparency" in image.info:
+        clear = np.all(pixels == np.array(image.info["transparency"], dtype=np.uint16), axis=2, keepdims=True)
+        alpha = 1 - clear.astype(np.float32)
+    elif pixels.shape[2] > num_colors:
+        alpha = scaled(pixels[..., num_colors:])
+    return scaled(pixels[..., :num_colors]), alpha
+
+
+def _deep_grey(image: Image) -> tuple[FloatArray, FloatArray | None]:
+    """Return a grey picture that Pillow holds in more than 8 bits, and its alpha where one grey is transparent."""
+    pixels = np.asarray(image)[..., None]
+    if image.mode == "F":
+        return pixels.astype(np.float32), None
+    alpha = None
+    if "transparency" in image.info:
+        alpha = 1 - (pixels == image.info["transparency"]).astype(np.float32)
+    bits, white_is_zero = 16, False
+    if image.format == "TIFF":
+        tags = image.tag_v2  # type: ignore[attr-defined]  # of Pillow's TIFF pictures
+        bits, white_is_zero = tags[258][0], tags.get(262) == 0
+    grey: FloatArray = (pixels / (2.0**bits - 1)).astype(np.float32)
+    return (np.subtract(1, grey) if white_is_zero else grey), alpha

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""TIFF of more than 8 bits a number, which Pillow cuts to 8 or does not know: grey and RGB, unsigned and float."""
+
+from __future__ import annotations
+
+import logging
+import zlib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.errors import ImageError
+from livecl.image.source import MAX_PIXELS, TOO_LARGE
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+#: Compressions that need no codec package: none, deflate (two numbers), PackBits.
+_DEFLATE = (8, 32946)
+_COMPRESSIONS = (1, *_DEFLATE, 32773)
+#: Most numbers of a pixel: colours, alpha, and some that are not looked at.
+_MAX_SAMPLES = 8
+#: Bytes that any part of a file may be inflated to; larger ones may no more than the whole picture has.
+_MOST_INFLATED = 16_000_000
+
+FloatArray = NDArray[np.float32]
+
+
+def is_deep_tiff(image: Image) -> bool:
+    """Whether a picture is a grey or RGB TIFF of more than 8 bits a number that imageio decodes without more packages.
+
+    In other compressions Pillow reads it, colours at 8 bits.
+    """
+    if image.format != "TIFF":
+        return False
+    tags = image.tag_v2  # type: ignore[attr-defined]  # of Pillow's TIFF pictures
+    deep = max(tags.get(258, (1,))) > 8 and tags.get(262) in (0, 1, 2)
+    return deep and tags.get(259, 1) in _COMPRESSIONS
+
+
+def decode_deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
+    """Decode the numbers of a TIFF's first picture as they are.
+
+    Returns
+    -------
+    color : (H, W, 1) or (H, W, 3) float32
+        Straight grey or RGB, 1 for full intensity; a float picture's numbers are as in the file.
+    alpha : (H, W, 1) float32 or None
+        Alpha, where there is any.
+    orientation : int
+        EXIF orientation, still to be applied.
+
+    Raises
+    ------
+    ImageError
+        If the picture is of a kind that is not read, or too large; damaged data raises exceptions of every kind.
+    """
+    from imageio import v3 as imageio
+
+    log = logging.getLogger("tifffile")
+    if not log.hasHandlers():  # else what it says of damaged files is printed, beside the exception
+        log.addHandler(logging.NullHandler())
+    file: Any  # the plugin has arguments that the base class does not declare
+    with imageio.imopen(data, "r", plugin="tifffile") as file:
+        # Any index but `...` makes a list of all pages first, which damaged files chain by the billion.
+        tags = file.metadata(index=..., page=0)
+        _refuse_bombs(data, tags)
+        pixels = np.asarray(file.read(index=..., page=0))
+    if pixels.ndim == 2:
+        pixels = pixels[..., None]
+    elif tags.get("PlanarConfiguration") == 2:
+        pixels = np.moveaxis(pixels, 0, -1)
+    photometric = int(tags.get("PhotometricInterpretation", -1))
+    num_colors = {0: 1, 1: 1, 2: 3}.get(photometric, 0)
+    if not num_colors or pixels.ndim != 3 or pixels.shape[2] < num_colors or pixels.dtype.kind not in "buf":
+        raise ImageError("a TIFF of neither grey nor RGB in unsigned or float numbers; save it as such, or as PNG")
+    numbers = scaled(pixels)
+    color: FloatArray = numbers[..., :num_colors]
+    alpha: FloatArray | None = None
+    if photometric == 0 and pixels.dtype.kind != "f":
+        color = np.float32(1) - color
+    extra = np.atleast_1d(tags.get("ExtraSamples", ()))
+    if pixels.shape[2] > num_colors and extra.size and extra[0] in (1, 2):
+        alpha = numbers[..., num_colors : num_colors + 1]
+        if extra[0] == 1:
+            color = np.divide(
+                color, np.where(alpha > 0, alpha, 1), dtype=np.float32
+            )  # the file holds premultiplied colours
+    return color, alpha, int(tags.get("Orientation", 1))
+
+
+def scaled(pixels: NDArray[Any]) -> FloatArray:
+    """Return unsigned numbers as shares of the largest of their type, and floats as they are."""
+    largest = float(np.iinfo(pixels.dtype).max) if pixels.dtype.kind == "u" else 1.0
+    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, which read_image refuses
+        shares: FloatArray = (pixels / largest).astype(np.float32)
+    return shares
+
+
+def _refuse_bombs(data: bytes, tags: Mapping[str, Any]) -> None:
+    """Raise ImageError, before memory is taken, for a picture of too many numbers or data that inflates to more."""
+    num_pixels = tags["ImageWidth"] * tags["ImageLength"] * tags.get("ImageDepth", 1)
+    samples = tags.get("SamplesPerPixel", 1)
+    if num_pixels > MAX_PIXELS or samples > _MAX_SAMPLES:
+        raise ImageError(TOO_LARGE)
+    if tags.get("Compression", 1) not in _DEFLATE:
+        return
+    most = max(_MOST_INFLATED, num_pixels * samples * int(np.max(tags.get("BitsPerSample", 1))) // 8)
+    part = "Tile" if "TileOffsets" in tags else "Strip"
+    for offset, count in zip(
+        np.atleast_1d(tags[f"{part}Offsets"]), np.atleast_1d(tags[f"{part}ByteCounts"]), strict=False
+    ):
+        inflate = zlib.decompressobj()
+        inflate.decompress(data[offset : offset + count], most)
+        if inflate.unconsumed_tail:
+            raise ImageError(TOO_LARGE)

@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From one drawing to another: control points and colours of layers that belong together, interpolated linearly."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Literal, TypeAlias, get_args, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.geometry import bezier
+from livecl.interpolation.alignment import Outline, align
+from livecl.interpolation.matching import Match, layer_boxes, match_layers
+
+#: How a layer without a partner comes and goes.
+Lone = Literal["fade", "grow"]
+
+FloatArray = NDArray[np.float64]
+#: Outline and colour, straight RGBA.
+_Layer: TypeAlias = tuple[Outline, FloatArray]
+
+
+@overload
+def interpolate(a: Drawing, b: Drawing, t: float, *, match: Match = ..., lone: Lone = ...) -> Drawing: ...
+
+
+@overload
+def interpolate(
+    a: Drawing, b: Drawing, t: Sequence[float], *, match: Match = ..., lone: Lone = ...
+) -> list[Drawing]: ...
+
+
+def interpolate(
+    a: Drawing, b: Drawing, t: float | Sequence[float], *, match: Match = "order", lone: Lone = "fade"
+) -> Drawing | list[Drawing]:
+    """Return drawings between two.
+
+    Parameters
+    ----------
+    a, b : Drawing
+        On canvases of one size, both with a background or both without.
+    t : float or sequence of float
+        Places between `a` (0) and `b` (1).
+    match : "order" or "nearest"
+        Which layers belong together, see :func:`livecl.interpolation.matching.match_layers`: those of the same place
+        in paint order, or those that are alike.
+    lone : "fade" or "grow"
+        How a layer without a partner comes or goes: by its opacity, or from and to a point in its middle (which leaves
+        a hole where a large one goes).
+
+    Returns
+    -------
+    Drawing, or list of Drawing
+        One for each `t`, all of the same structure (:meth:`Drawing.same_structure`); stages and names are those of `a`,
+        of `b` where `a` has none. At 0 and 1 they look as `a` and
+        `b`, but may have more segments, and layers that are points or transparent.
+
+    Raises
+    ------
+    ValueError
+        If the canvases or an argument do not fit.
+
+    Notes
+    -----
+    Points: ``p = (1 - t) p_a + t p_b``, after :func:`livecl.interpolation.alignment.align`. Colours are mixed
+    premultiplied, see :func:`mix_colors`.
+    """
+    places = np.atleast_1d(np.asarray(t, dtype=np.float64))
+    if places.ndim != 1 or not np.all((places >= 0) & (places <= 1)):
+        raise ValueError(f"t: got {t!r}, wanted a number from 0 to 1, or a sequence of them")
+    start, end = correspond(a, b, match=match, lone=lone)
+    drawings = [_between(start, end, float(place)) for place in places]
+    return drawings[0] if np.ndim(t) == 0 else drawings
+
+
+def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "fade") -> tuple[Drawing, Drawing]:
+    """Return two drawings that look as those given, in which layers, subpaths, segments and points correspond.
+
+    Arguments and errors are those of :func:`interpolate`; of each point and colour, it goes from that of the first
+    drawing returned to that of the second.
+    """
+    if a.size != b.size:
+        raise ValueError(
+            f"b: canvas of {b.size} px, wanted that of a, {a.size}; livecl.interpolation.blending.fit_canvas scales it"
+        )
+    if (a.background is None) != (b.background is None):
+        raise ValueError("b: one drawing has a background and the other has none; give both one, or neither")
+    if lone not in get_args(Lone):
+        raise ValueError(f"lone: got {lone!r}, wanted {' or '.join(map(repr, get_args(Lone)))}")
+    pairs = match_layers(a, b, match)
+    if not pairs:
+        return a, a.moved(a.points, a.colors, b.background)
+    layers = [_layer_ends(a, b, i, j, lone) for i, j in pairs]
+    starts, ends = [layer[0] for layer in layers], [layer[1] for layer in layers]
+    start = Drawing(
+        points=_points(starts),
+        colors=[color for _, color in starts],
+        size=a.size,
+        background=a.background,
+        subpath_offsets=_offsets([len(subpath) for outline, _ in starts for subpath in outline]),
+        layer_offsets=_offsets([len(outline) for outline, _ in starts]),
+        stages=[b.stages[j] if i is None else a.stages[i] for i, j in pairs],
+        names=[(a.names[i] if i is not None else "") or (b.names[j] if j is not None else "") for i, j in pairs],
+    )
+    return start, start.moved(_points(ends), np.array([color for _, color in ends]), b.background)
+
+
+def mix_colors(a: ArrayLike, b: ArrayLike, t: float) -> FloatArray:
+    """Mix straight colours so that premultiplied ones are mixed linearly.
+
+    Parameters
+    ----------
+    a, b : (..., 4) array_like
+        Straight RGBA in [0, 1].
+    t : float
+        Share of `b`, from 0 to 1.
+
+    Returns
+    -------
+    (..., 4) float64
+        Straight RGBA; exactly `a` at 0 and `b` at 1.
+
+    Notes
+    -----
+    A layer of colour c and opacity o makes o c + (1 - o) C out of what is below it, C. For fixed shapes this is the
+    mean of its two end pictures, (1 - t) and t of each, exactly if o c and o are such means: so
+    o = (1 - t) o_a + t o_b and c = ((1 - t) o_a c_a + t o_b c_b) / o. With w = t o_b / o that is (1 - w) c_a + w c_b,
+    a mean in which what cannot be seen has no say: a fading layer keeps its colour. Where o = 0, w = t.
+    """
+    a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    opacity = _mix(a[..., 3:], b[..., 3:], t)
+    share = np.where(opacity > 0, t * b[..., 3:] / np.where(opacity > 0, opacity, 1), t)
+    return np.concatenate([_mix(a[..., :3], b[..., :3], share), opacity], axis=-1)
+
+
+def fit_canvas(drawing: Drawing, size: tuple[int, int]) -> Drawing:
+    """Return a drawing scaled evenly, as large as it fits, into the middle of a canvas of another size.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Any drawing.
+    size : (int, int)
+        Height and width of the canvas wanted, px.
+    """
+    scale = min(new / old for new, old in zip(size, drawing.size, strict=True))
+    margin = [(new - scale * old) / 2 for new, old in zip(size, drawing.size, strict=True)]
+    return drawing.replace(points=drawing.points * scale + margin[::-1], size=size)
+
+
+def collapsed(drawing: Drawing) -> Drawing:
+    """Return the drawing with every layer drawn together to the point in the middle of its box: nothing is seen."""
+    boxes = layer_boxes(drawing)
+    middles = (boxes[:, :2] + boxes[:, 2:]) / 2
+    points = np.broadcast_to(middles[drawing.segment_layers][:, None], drawing.points.shape)
+    return drawing.replace(points=points)
+
+
+def _between(start: Drawing, end: Drawing, t: float) -> Drawing:
+    """Mix two drawings of one structure."""
+    background = start.background
+    if background is not None and end.background is not None:
+        background = _mix(background, end.background, t)
+    return start.moved(_mix(start.points, end.points, t), mix_colors(start.colors, end.colors, t), background)
+
+
+def _mix(a: FloatArray, b: FloatArray, t: float | FloatArray) -> FloatArray:
+    """Return (1 - t) a + t b, exact at both ends and where they are equal."""
+    return np.where(a == b, a, (1 - t) * a + t * b)
+
+
+def _layer_ends(a: Drawing, b: Drawing, i: int | None, j: int | None, lone: Lone) -> tuple[_Layer, _Layer]:
+    """Return what a layer is at both ends: a pair's layers, or one layer and what it comes from or goes to."""
+    if i is not None and j is not None:
+        first, second = align(_outline(a, i), _outline(b, j))
+        return (first, a.colors[i]), (second, b.colors[j])
+    if i is not None:
+        going = (_outline(a, i), a.colors[i])
+        return going, _absent(going, lone)
+    assert j is not None, "each pair has a layer"
+    coming = (_outline(b, j), b.colors[j])
+    return _absent(coming, lone), coming
+
+
+def _absent(layer: _Layer, lone: Lone) -> _Layer:
+    """Return what a layer is where it is not to be seen: a point in the middle of its box, or transparent."""
+    outline, color = layer
+    if lone == "fade":
+        return outline, np.append(color[:3], 0.0)
+    bounds = bezier.hull_bounds(np.concatenate(outline).reshape(-1, 2))
+    middle = (bounds[:2] + bounds[2:]) / 2
+    return [np.broadcast_to(middle, subpath.shape) for subpath in outline], color
+
+
+def _outline(drawing: Drawing, layer: int) -> Outline:
+    first, end = drawing.layer_offsets[layer : layer + 2]
+    cubics = drawing.cubics
+    return [cubics[i:j] for i, j in itertools.pairwise(drawing.subpath_offsets[first : end + 1])]
+
+
+def _points(layers: list[_Layer]) -> FloatArray:
+    return np.concatenate([subpath[:, :3] for outline, _ in layers for subpath in outline])
+
+
+def _offsets(counts: list[int]) -> list[int]:
+    return list(itertools.accumulate(counts, initial=0))

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the next paths start, what they look like, and in which colour.
+
+`component` is the paper's component-wise path initialization, steps a-d; `region` takes the regions whose painting
+would remove most error, judged by the coverage of the very path that would be added.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.layering.candidates import initial_outline, layers_of, paint_of, region_candidates
+from livecl.layering.components import Place, component_places
+from livecl.layering.metrics import composited_colors, layer_alphas
+from livecl.layering.painting import Painting
+from livecl.layering.transparent_painting import TransparentPainting
+from livecl.options import Options
+from livecl.rendering.rasterizer import Rasterizer
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclasses.dataclass(frozen=True)
+class Placement:
+    """New layers, and where they go.
+
+    Attributes
+    ----------
+    drawing : Drawing
+        Only the K new layers.
+    order : (N + K,) int
+        Paint order of all, bottom first: the N old layers by their numbers, the new ones from N on.
+    """
+
+    drawing: Drawing
+    order: NDArray[np.intp]
+
+
+def place_paths(
+    target: NDArray[Any],
+    drawing: Drawing,
+    count: int,
+    options: Options,
+    rng: np.random.Generator,
+    rasterizer: Rasterizer,
+    check: Callable[[], None] = lambda: None,
+) -> Placement:
+    """Return up to `count` new layers for what a drawing still lacks of the target; fewer regions may be worth one.
+
+    Parameters
+    ----------
+    target : (H, W, 3) array, or (H, W, 4) premultiplied where the drawing has no background
+        The picture wanted.
+    drawing : Drawing
+        What there is so far.
+    count : int
+        Number of layers.
+    options : Options
+        Placement rule, shape and colours.
+    rng : numpy.random.Generator
+        Source of whatever is random.
+    rasterizer : Rasterizer
+        One of the drawing's size.
+    check : callable
+        Called now and then; what it raises ends the placement.
+
+    Returns
+    -------
+    Placement
+        Regions may lie below layers that there are already; all else goes on top.
+    """
+    image = rasterizer.forward(drawing)
+    if options.placement == "region":
+        ground, colors = composited_colors(drawing)
+        follows = drawing.background is None and options.opacity != "opaque"
+        kind = TransparentPainting if follows else Painting
+        painting = kind(target, image, ground, layer_alphas(drawing, rasterizer), colors)
+        candidates = region_candidates(painting, count, options, rng, rasterizer, check)
+        rgba = np.array([candidate.rgba for candidate in candidates]).reshape(-1, 4)
+        if options.new_color == "random":
+            rgba = rng.uniform(size=rgba.shape)
+        return Placement(layers_of([candidate.outline for candidate in candidates], drawing.size, rgba), painting.order)
+    new = _scattered_paths(target, image, count, options, rng)
+    return Placement(new, np.arange(drawing.num_layers + new.num_layers))
+
+
+def _scattered_paths(
+    target: NDArray[Any], image: NDArray[Any], count: int, options: Options, rng: np.random.Generator
+) -> Drawing:
+    """Paths on the largest components, or anywhere."""
+    size = target.shape[:2]
+    if options.placement == "random":
+        centers = rng.uniform(size=(count, 2)) * (size[1], size[0])
+        places = [Place(center, np.floor(center[::-1]).astype(np.int64)) for center in centers]
+    else:
+        places = component_places(target, image, count, options)
+    outlines = [initial_outline(place, size, options, rng) for place in places]
+    if options.new_color == "random":
+        colors = rng.uniform(size=(count, 4))
+    else:
+        colors = np.array([paint_of(target[tuple(place.pixel)]) for place in places])
+    return layers_of(outlines, size, colors)

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which layers do least for the picture: those that a revision takes out and places anew, and those worth nothing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.image.alpha import mse_seen
+from livecl.layering.metrics import VISIBLE_SHARE, layer_alphas, removal_changes, visible_shares
+from livecl.rendering.rasterizer import Rasterizer
+
+#: A layer counts as hidden if less than this share of its pixels is visible.
+HIDDEN_SHARE = 0.01
+#: So many times as much as others a hidden layer must be worth: all that it does is to mend the rims of what hides it.
+HIDDEN_FACTOR = 10
+
+
+def needed_layers(
+    drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any], least: float, free: NDArray[np.bool_]
+) -> Drawing:
+    """Return the drawing without layers of opacity 0, and without those that lower the error by less than `least`.
+
+    Hidden layers must lower it by more (`HIDDEN_FACTOR`). Only layers that are `free`, (N,) bool, are left out.
+
+    They are taken away one by one, the least useful first, as two that hide each other are not both needless; and again
+    as long as there are any, as what mended a layer may be needless without it.
+    """
+    shown = ~free | (drawing.colors[:, 3] > 0)
+    drawing, free = drawing.layer_subset(shown), free[shown]
+    if least <= 0 or not drawing.num_layers:
+        return drawing
+    error = mse_seen(rasterizer.forward(drawing), target)
+    while True:
+        alphas = layer_alphas(drawing, rasterizer)
+        changes = np.where(free, removal_changes(drawing, alphas, target, seen=True), np.inf)
+        wanted = np.where(_hidden(alphas), HIDDEN_FACTOR * least, least)
+        kept = np.ones(len(changes), bool)
+        for layer in np.argsort(changes - wanted, kind="stable")[: int(np.sum(changes < wanted))]:
+            kept[layer] = False
+            without = mse_seen(rasterizer.forward(drawing.layer_subset(kept)), target)
+            if without - error < wanted[layer]:
+                error = without
+            else:
+                kept[layer] = True
+        if kept.all():
+            return drawing
+        drawing, free = drawing.layer_subset(kept), free[kept]
+
+
+def _hidden(alphas: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return which layers of alphas (N, H, W) are all but covered by those above; no translucent ones: (N,)."""
+    shown = (visible_shares(alphas) > VISIBLE_SHARE).sum(axis=(1, 2))
+    return shown < HIDDEN_SHARE * (alphas > VISIBLE_SHARE).sum(axis=(1, 2))
+
+
+def least_useful(drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any]) -> NDArray[np.intp]:
+    """Return the layers in the order of what the picture loses without them, the least first: (N,)."""
+    changes = removal_changes(drawing, layer_alphas(drawing, rasterizer), target, seen=True)
+    return np.argsort(changes, kind="stable")

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Regions that a new path could paint in one colour, and how much error that would remove.
+
+The paper ranks components of the colour difference by their area. Here regions come from the target as well, at several
+degrees of coarseness, and are ranked by the squared error that painting them in their mean colour would remove.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.image.alpha import error_seen
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+#: Blur of the target, px, and levels that each channel is then sorted into: from flat regions to blobs of photographs.
+TARGET_LEVELS = ((0.0, 4), (0.0, 8), (1.0, 8), (2.0, 6), (4.0, 6))
+#: Levels per unit that the difference from the target is rounded to, in each channel. Without a background, paint can
+#: add alpha but not take it away: most candidates are of no use, and small differences are looked at too.
+DIFFERENCE_LEVELS, TRANSPARENT_LEVELS = (4, 8), (4, 8, 16, 32)
+#: Two regions whose gain and area differ by less than about one part in so many count as the same.
+ALIKE = 20
+#: Difference in any channel up to which two regions' mean colours count as the same.
+SAME_COLOR = 0.05
+#: Fewest pixels of a region.
+SMALLEST = 3
+
+
+@dataclasses.dataclass(frozen=True)
+class _Segmentation:
+    """A partition of the picture: labels, and of each region the area, the mean colour and the error left within it."""
+
+    labels: NDArray[Any]
+    area: FloatArray
+    mean: FloatArray
+    within: FloatArray
+
+
+@dataclasses.dataclass(frozen=True)
+class Region:
+    """A candidate: its pixels (H, W), its mean colour (C,), and the squared error that painting it would remove.
+
+    `alike` (H, W) is where regions of the same partition have about the same colour.
+    """
+
+    mask: BoolArray
+    alike: BoolArray
+    color: FloatArray
+    gain: float
+
+
+class RegionFinder:
+    """Regions of one target, for a picture that gets better from call to call.
+
+    Parameters
+    ----------
+    target, image : (H, W, C) float64
+        What is wanted, and what is rendered so far: RGB, or premultiplied RGBA.
+    """
+
+    def __init__(self, target: FloatArray, image: FloatArray) -> None:
+        from scipy.ndimage import gaussian_filter
+
+        self._target = target
+        partitions = []
+        for blur, levels in TARGET_LEVELS:
+            smooth = gaussian_filter(target, (blur, blur, 0)) if blur else target
+            partitions.append(_connected(np.minimum(np.floor(smooth * levels), levels - 1)))
+        for levels in DIFFERENCE_LEVELS if target.shape[2] == 3 else TRANSPARENT_LEVELS:
+            partitions.append(_connected(np.round((target - image) * levels)))
+        self._segmentations = [self._measure(labels) for labels in partitions]
+
+    def best(self, error: FloatArray, count: int) -> Iterator[Region]:
+        """Yield up to `count` regions that would remove most of the squared error (H, W), the best first.
+
+        Of regions that are about the same in several degrees of coarseness, one is given.
+        """
+        found: list[tuple[float, int, int]] = []
+        seen: set[tuple[int, int]] = set()
+        for number, segmentation in enumerate(self._segmentations):
+            gain = np.bincount(segmentation.labels.ravel(), error.ravel(), len(segmentation.area)) - segmentation.within
+            gain[segmentation.area < SMALLEST] = 0.0
+            found += [(-gain[k], number, int(k)) for k in np.argsort(-gain, kind="stable")[:count] if gain[k] > 0]
+        for negative_gain, number, k in sorted(found):
+            segmentation = self._segmentations[number]
+            size = int(ALIKE * np.log(-negative_gain)), int(ALIKE * np.log(segmentation.area[k]))
+            if size in seen or len(seen) >= count:
+                continue
+            seen.add(size)
+            color = segmentation.mean[k]
+            alike = np.abs(segmentation.mean - color).max(axis=1) <= SAME_COLOR
+            yield Region(segmentation.labels == k, alike[segmentation.labels], color, -negative_gain)
+
+    def _measure(self, labels: NDArray[Any]) -> _Segmentation:
+        flat, count = labels.ravel(), int(labels.max()) + 1
+        area = np.bincount(flat, minlength=count).astype(np.float64)
+        sums = np.stack(
+            [np.bincount(flat, channel.ravel(), count) for channel in np.moveaxis(self._target, -1, 0)], axis=1
+        )
+        squares = np.bincount(flat, np.square(error_seen(self._target)).sum(axis=-1).ravel(), count)
+        mean = sums / np.maximum(area, 1)[:, None]
+        within = squares - (error_seen(sums) * error_seen(mean)).sum(axis=1)
+        return _Segmentation(labels, area, mean, within)
+
+
+def _connected(levels: FloatArray) -> NDArray[Any]:
+    """Label the 4-connected regions of equal levels (H, W, C), from 1 on."""
+    from skimage.measure import label
+
+    whole = (levels - levels.min()).astype(np.int64)
+    codes = whole @ (whole.max() + 1) ** np.arange(whole.shape[2])[::-1]
+    return np.asarray(label(codes + 1, background=0, connectivity=1))

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Methods that use a device: what ends them is an error of livecl, and leaves nothing half done behind."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Concatenate, ParamSpec, Protocol, TypeVar
+
+import pyopencl as cl
+
+from livecl.opencl.device import OpenDevice
+
+
+class DeviceUser(Protocol):
+    """What has such methods."""
+
+    @property
+    def device(self) -> OpenDevice:
+        """The device that it uses."""
+
+    def forget(self) -> None:
+        """Give up what has been put on the device."""
+
+
+User = TypeVar("User", bound=DeviceUser)
+Arguments = ParamSpec("Arguments")
+Value = TypeVar("Value")
+
+
+def on_device(method: Callable[Concatenate[User, Arguments], Value]) -> Callable[Concatenate[User, Arguments], Value]:
+    """Have a method raise DeviceError where OpenCL fails, or where it would hang: one check for all its launches.
+
+    However the method ends early, what is on the device is forgotten, so that the next one does not build on halves.
+    """
+
+    @functools.wraps(method)
+    def checked(user: User, /, *args: Arguments.args, **kwargs: Arguments.kwargs) -> Value:
+        user.device.require_usable()
+        try:
+            return method(user, *args, **kwargs)
+        except BaseException as error:
+            user.forget()
+            if isinstance(error, cl.Error):
+                raise user.device.error(error) from error
+            raise
+
+    return checked

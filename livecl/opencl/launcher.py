@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values by name and kernel launches on one device, with as little host work for each launch as OpenCL allows."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pyopencl as cl
+from numpy.typing import NDArray
+
+from livecl.opencl.device import OpenDevice
+from livecl.opencl.program import build_program, kernel_parameters, make_kernel
+
+#: Work-items in a work-group. A CPU runs them one after the other, and needs private arrays for each of them: one, but
+#: for kernels of many small work-items without such arrays.
+LOCAL_SIZE_CPU, LOCAL_SIZE_GPU = 1, 32
+LOCAL_SIZES_CPU = {"coverage_backward": 16}
+
+
+@dataclasses.dataclass(frozen=True)
+class _BoundKernel:
+    """A kernel object, the work-items of its groups, the names of the values that it takes, and those that it holds."""
+
+    kernel: Any
+    local_size: int
+    keys: list[str]
+    arguments: list[Any]
+
+
+class Launcher:
+    """Buffers and scalars under the names that they have as parameters of the kernels, and the kernels of one build.
+
+    A name may belong to a scope, ``scope_name``: a kernel launched with that scope takes it before the plain one.
+    Arguments that are the same as in the launch before are not set again: that is most of a launch's cost.
+
+    Parameters
+    ----------
+    opened : OpenDevice
+        The device, its context and queue.
+    dtype : float32 or float64
+        Number type of the kernels, `real`.
+    channels : int
+        Channels of the image, 3 or 4.
+    """
+
+    def __init__(self, opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> None:
+        self._dtype = dtype
+        self._opened = opened
+        self._program = build_program(opened, dtype, channels)
+        self._bound: dict[tuple[str, str], _BoundKernel] = {}
+        self._values: dict[str, Any] = {}
+        self._given: dict[str, Any] = {}
+        self._written: dict[str, NDArray[Any]] = {}
+        #: Where a list is put here, each launch appends the kernel's name and its event, for profiling.
+        self.trace: list[tuple[str, Any]] | None = None
+
+    def reserve(self, name: str, num_bytes: int) -> Any:
+        """Return the buffer of that name, made anew (half as large again) if it is smaller than asked for.
+
+        Raises
+        ------
+        DeviceMemoryError
+            If the device has no room for it.
+        """
+        buffer = self._values.get(name)
+        if buffer is None or buffer.size < num_bytes:
+            size = max(64, num_bytes if buffer is None else num_bytes * 3 // 2)
+            buffer = self._values[name] = self._opened.buffer(name, size)
+        return buffer
+
+    def reserve_reals(self, name: str, count: int) -> Any:
+        """Return the buffer of that name for `count` numbers; see :meth:`reserve`."""
+        return self.reserve(name, count * self._dtype.itemsize)
+
+    def set(self, **values: Any) -> None:
+        """Set scalars (int, or float for `real`), vectors of four int32, and buffers made elsewhere."""
+        for name, value in values.items():
+            last = self._given.get(name)
+            if last is value or (isinstance(value, (int, float)) and last == value and type(last) is type(value)):
+                continue
+            self._given[name] = value
+            if isinstance(value, float):
+                value = self._dtype.type(value)
+            elif isinstance(value, int):  # bool too
+                value = np.int32(value)
+            self._values[name] = value
+
+    def write(self, name: str, values: NDArray[Any]) -> None:
+        """Put an array into the buffer of that name, without waiting.
+
+        Where the processor is the device, in a new buffer: to make one takes 2 us, while a copy is a command like any
+        other and takes 10 to 40.
+        """
+        if not values.nbytes:
+            self.reserve(name, 0)
+        elif self._opened.is_cpu:
+            self._values[name] = self._opened.buffer(name, values.nbytes, np.ascontiguousarray(values))
+        else:
+            self._written[name] = values = np.ascontiguousarray(values)  # must live until the copy is done
+            cl.enqueue_copy(self._opened.queue, self.reserve(name, values.nbytes), values, is_blocking=False)
+
+    def write_reals(self, name: str, *parts: NDArray[Any]) -> None:
+        """Copy the numbers of flat arrays, one after the other, into the buffer of that name, without waiting."""
+        self.write(name, np.concatenate(parts).astype(self._dtype))
+
+    def read(self, name: str, shape: int | tuple[int, ...]) -> NDArray[Any]:
+        """Wait for all launches, and return the first numbers of a buffer as an array of that shape."""
+        values = np.empty(shape, self._dtype)
+        cl.enqueue_copy(self._opened.queue, values, self._values[name])
+        return values
+
+    def __call__(self, name: str, num_items: int, scope: str = "") -> None:
+        """Launch a kernel on `num_items` work-items, padded to whole work-groups."""
+        if num_items == 0:
+            return
+        bound = self._bound.get((name, scope)) or self._bind(name, scope)
+        kernel, arguments, values = bound.kernel, bound.arguments, self._values
+        for index, key in enumerate(bound.keys):
+            value = values[key]
+            if value is not arguments[index]:
+                kernel.set_arg(index, value)
+                arguments[index] = value
+        local = bound.local_size
+        event = cl.enqueue_nd_range_kernel(self._opened.queue, kernel, (-(-num_items // local) * local,), (local,))
+        if self.trace is not None:
+            self.trace.append((name, event))
+
+    def _bind(self, name: str, scope: str) -> _BoundKernel:
+        """Make the kernel object for launches with a scope: objects hold their arguments, so each scope has its own."""
+        scoped = [(parameter, f"{scope}_{parameter}") for parameter in kernel_parameters()[name]]
+        keys = [key if key in self._values else parameter for parameter, key in scoped]
+        local_size = LOCAL_SIZES_CPU.get(name, LOCAL_SIZE_CPU) if self._opened.is_cpu else LOCAL_SIZE_GPU
+        kernel = make_kernel(self._program, name)
+        bound = _BoundKernel(kernel, local_size, keys, [None] * len(keys))
+        self._bound[name, scope] = bound
+        return bound

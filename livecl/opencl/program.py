@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Find, expand and build the kernel sources."""
+
+from __future__ import annotations
+
+import functools
+import logging
+import pathlib
+import re
+import sqlite3
+import threading
+from typing import Any
+
+import numpy as np
+import pyopencl as cl
+
+from livecl.errors import KernelBuildError
+from livecl.opencl.caches import pocl_cache, pyopencl_cache
+from livecl.opencl.device import OpenDevice
+
+#: Sources of the program, in the order of the pipeline.
+SOURCES = ("flatten.cl", "coverage.cl", "composite.cl", "reduce.cl", "distance.cl", "joint.cl")
+#: Rows of a strip: the lanes of a vector of 32 bytes, the widest that PoCL from pip gets right.
+LANES = {"float32": 8, "float64": 4}
+_INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"]+)"[ \t]*$', re.MULTILINE)
+_built: dict[tuple[Any, ...], Any] = {}
+#: Compilers and pyopencl's cache are used by one thread at a time.
+_building = threading.Lock()
+_log = logging.getLogger(__name__)
+
+
+def kernel_dir() -> pathlib.Path:
+    """Return the folder of the kernel sources: in the installed package, or at the top of a checkout."""
+    package = pathlib.Path(__file__).resolve().parents[1]
+    for folder in (package / "kernels", package.parent / "kernels"):
+        if (folder / "common.h").is_file():
+            return folder
+    raise KernelBuildError(f"the kernel sources are missing beside {package}; reinstall livecl")
+
+
+def _expand(name: str, seen: set[str]) -> str:
+    """Return a source with its includes put in place, each once, marked so that compilers name file and line."""
+    seen.add(name)
+    text = (kernel_dir() / name).read_text(encoding="utf-8")
+
+    def include(match: re.Match[str]) -> str:
+        line = text.count("\n", 0, match.start()) + 2
+        inner = "" if match[1] in seen else _expand(match[1], seen)
+        return f'{inner}\n#line {line} "{name}"'
+
+    return f'#line 1 "{name}"\n' + _INCLUDE.sub(include, text)
+
+
+def program_source() -> str:
+    """Return the source of the whole program."""
+    seen: set[str] = set()
+    return "\n".join(_expand(name, seen) for name in SOURCES)
+
+
+@functools.cache
+def kernel_parameters() -> dict[str, tuple[str, ...]]:
+    """Return the names of each kernel's parameters, in order, as the sources spell them."""
+    found = {}
+    for name, parameters in re.findall(r"__kernel\s+void\s+(\w+)\s*\(([^)]*)\)", program_source()):
+        found[name] = tuple(re.findall(r"(\w+)\s*(?:,|$)", parameters.strip()))
+    return found
+
+
+def build_options(dtype: np.dtype[Any], channels: int) -> list[str]:
+    """Return the compiler options for a number type and a number of image channels."""
+    real, mask, epsilon = {
+        "float32": ("float", "int", "FLT_EPSILON"),
+        "float64": ("double", "long", "DBL_EPSILON"),
+    }[dtype.name]
+    lanes = LANES[dtype.name]
+    return [
+        f"-DREAL={real}",
+        f"-DMASK={mask}",
+        f"-DLANES={lanes}",
+        f"-DREAL_EPSILON={epsilon}",
+        f"-DCHANNELS={channels}",
+    ]
+
+
+def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> Any:
+    """Build the program, once for each device, number type and number of channels.
+
+    Raises
+    ------
+    KernelBuildError
+        If the compiler refuses; the message carries options, device and the first error, its `log` all of them.
+    """
+    key = (opened, dtype.name, channels)
+    with _building:
+        if key not in _built:
+            options = build_options(dtype, channels)
+            what = f"building with {' '.join(options)} on {opened.info}"
+            try:
+                with pyopencl_cache():
+                    built = cl.Program(opened.context, program_source()).build(options)
+            except cl.Error as error:
+                log = str(error)
+                raise KernelBuildError(f"{what} failed: {_first_error(log)}", log) from error
+            if missing := kernel_parameters().keys() - set(built.kernel_names.split(";")):
+                raise KernelBuildError(
+                    f"{what} left out {min(missing)}: the compiler's cache is broken; delete the folder {pocl_cache()}"
+                )
+            _built[key] = built
+    return _built[key]
+
+
+def _first_error(log: str) -> str:
+    """Return the line of a compiler's log that says what is wrong, or the log's first line."""
+    lines = [line.strip() for line in log.splitlines() if line.strip()]
+    return next((line for line in lines if re.search(r"\berror\b\s*:", line, re.IGNORECASE)), lines[0] if lines else "")
+
+
+def make_kernel(program: Any, name: str) -> Any:
+    """Return a new kernel object of a built program."""
+    with _building:
+        try:
+            with pyopencl_cache():
+                return cl.Kernel(program, name)
+        except sqlite3.Error as error:
+            _log.warning("pyopencl's cache is broken (%s): it gets a temporary folder", error)
+            with pyopencl_cache(broken=error):
+                return cl.Kernel(program, name)

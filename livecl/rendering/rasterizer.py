@@ -1,0 +1,306 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The differentiable rasterizer: from a drawing to an image, and from a loss's gradient back to the drawing."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.geometry.bezier import pieces_for
+from livecl.opencl.device import OpenDevice, open_device
+from livecl.opencl.guard import on_device
+from livecl.opencl.program import LANES
+from livecl.rendering.images import DeviceImage, download, upload
+from livecl.rendering.pipeline import DistanceWeight, Gradients
+from livecl.rendering.threads import Workspace, channels_of
+from livecl.rendering.tiling import Grid
+
+__all__ = ["DeviceImage", "DistanceWeight", "Gradients", "Rasterizer", "render"]
+
+#: Distance px between curve and polyline that flattening keeps below, unless told otherwise.
+TOLERANCE = 0.02
+#: Tiles worked on at a time: 512 bytes each, so 64 MiB; layers that need more are worked on in bands of strips.
+MAX_TILES = 1 << 17
+
+
+class Rasterizer:
+    """Renders drawings on one canvas size and differentiates losses of the result.
+
+    Coverage is exact area coverage under the nonzero rule (kernels/coverage.cl states where), layers are composited
+    `over` in paint order. Everything an object does is in a fixed order: the same input gives the same bytes.
+
+    Threads may share an object: each has buffers of its own, and differentiates what it rendered itself.
+
+    Parameters
+    ----------
+    size : (int, int)
+        Height and width of the canvas, px.
+    device : int, str or None
+        Which OpenCL device, see :func:`livecl.opencl.device.choose_device`.
+    dtype : float32 or float64
+        Number type of the kernels; float64 is for checking gradients.
+    tolerance : float
+        Largest distance between a curve and the lines that it is flattened into, px.
+    max_tiles : int
+        Tiles (of 8 columns by 32 bytes) that are worked on at a time; bounds the memory.
+
+    Raises
+    ------
+    DeviceError, KernelBuildError
+        If the device cannot be had, or does not compile the kernels. All methods raise DeviceError if it fails later,
+        from then on each time, and DeviceMemoryError if it has no room, after which less may succeed.
+    """
+
+    def __init__(
+        self,
+        size: tuple[int, int],
+        device: int | str | None = None,
+        dtype: DTypeLike = np.float32,
+        tolerance: float = TOLERANCE,
+        max_tiles: int = MAX_TILES,
+    ) -> None:
+        self.dtype = np.dtype(dtype)
+        if self.dtype.name not in LANES:
+            raise ValueError(f"dtype: got {self.dtype.name}, wanted float32 or float64")
+        if not tolerance > 0:
+            raise ValueError(f"tolerance: got {tolerance}, wanted a positive number of pixels")
+        self.size = Drawing(points=np.zeros((0, 3, 2)), colors=np.zeros((0, 4)), size=size).size
+        self.tolerance = tolerance
+        self.max_tiles = max_tiles
+        self.device: OpenDevice = open_device(device)
+        self._grid = Grid(*self.size, LANES[self.dtype.name])
+        self._workspace = Workspace(self.device, self._grid, self.dtype, tolerance, max_tiles)
+        self._build()
+
+    def forget(self) -> None:
+        """Give up the buffers of this thread."""
+        self._workspace.forget()
+
+    @on_device
+    def _build(self) -> None:
+        self._workspace.pipeline(3)
+
+    @on_device
+    def forward(self, drawing: Drawing, pieces: ArrayLike | None = None) -> NDArray[Any]:
+        """Render a drawing.
+
+        Parameters
+        ----------
+        drawing : Drawing
+            On a canvas of the rasterizer's size.
+        pieces : (M,) array_like of int, optional
+            Lines that each segment is flattened into, at equal steps of its parameter. None chooses them by the
+            tolerance; who differentiates passes them and holds them fixed, as no gradient sees a change.
+
+        Returns
+        -------
+        (H, W, 3) array
+            RGB; or (H, W, 4), premultiplied RGBA, where the drawing has no background.
+
+        Raises
+        ------
+        ValueError
+            If the drawing is of another size, or `pieces` does not fit it.
+        """
+        channels = channels_of(drawing)
+        image = self._workspace.loaded(drawing).render(channels, pieces)
+        self._workspace.rendered = drawing, pieces
+        return self.download(DeviceImage(image, channels))
+
+    @on_device
+    def coverages(self, drawing: Drawing, pieces: ArrayLike | None = None) -> NDArray[Any]:
+        """Render the shape of each layer by itself.
+
+        Parameters
+        ----------
+        drawing : Drawing
+            On a canvas of the rasterizer's size; colours and opacities are not looked at.
+        pieces : (M,) array_like of int, optional
+            Lines that each segment is flattened into; see :meth:`forward`.
+
+        Returns
+        -------
+        (N, H, W) array
+            Share of each pixel inside each layer, in [0, 1].
+        """
+        together = max(1, self.max_tiles // (self._grid.num_strips * self._grid.num_tiles))  # on the device at a time
+        if drawing.num_layers <= together:
+            return self._coverages(drawing, pieces)
+        coverages = np.empty((drawing.num_layers, *self.size), self.dtype)
+        for first in range(0, drawing.num_layers, together):
+            layers = np.arange(first, min(first + together, drawing.num_layers))
+            start, end = drawing.segment_offsets[[layers[0], layers[-1] + 1]]
+            some = None if pieces is None else np.asarray(pieces)[start:end]
+            coverages[layers] = self._coverages(drawing.layer_subset(layers), some)
+        return coverages
+
+    def _coverages(self, drawing: Drawing, pieces: ArrayLike | None) -> NDArray[Any]:
+        planes = DeviceImage(self._workspace.loaded(drawing).cover(pieces), drawing.num_layers)
+        return np.ascontiguousarray(np.moveaxis(self.download(planes), -1, 0))
+
+    @on_device
+    def backward(self, d_image: ArrayLike) -> Gradients:
+        """Gradient of a scalar loss with respect to the drawing last rendered by :meth:`forward`.
+
+        Parameters
+        ----------
+        d_image : (H, W, 3) or (H, W, 4) array_like
+            dL/dimage, loss per unit of colour; of the shape that :meth:`forward` returned.
+
+        Returns
+        -------
+        Gradients
+            ``points`` (M, 3, 2), loss per pixel of displacement; ``colors`` (N, 4); ``background`` (3,).
+
+        Raises
+        ------
+        ValueError
+            If `d_image` is not of the rendered image's shape.
+        RuntimeError
+            If nothing has been rendered.
+
+        Notes
+        -----
+        Derivations: kernels/composite.h (colour), kernels/coverage.cl (outline), kernels/flatten.cl (control points).
+        """
+        if self._workspace.rendered is None:
+            raise RuntimeError("backward needs a drawing: call forward first")
+        drawing, pieces = self._workspace.rendered
+        pipeline = self._workspace.loaded(drawing)
+        pipeline.launcher.set(d_image=self._uploaded("d_image", d_image, channels_of(drawing)).buffer)
+        return pipeline.begin_backward(pieces)()[1]
+
+    def loss_and_gradients(
+        self,
+        drawing: Drawing,
+        target: ArrayLike | DeviceImage,
+        weight: ArrayLike | DeviceImage | DistanceWeight,
+        pieces: ArrayLike | None = None,
+        scale: float = 1.0,
+    ) -> tuple[float, Gradients]:
+        """Weighted squared error of a drawing, and its gradient, in one go.
+
+        The loss is the sum over pixels of ``scale * weight`` times the sum over R, G and B of (image - target)^2; where
+        the drawing has no background, times the mean of that sum over a black and over a white one
+        (:mod:`livecl.image.alpha`).
+
+        Parameters
+        ----------
+        drawing, pieces
+            As for :meth:`forward`.
+        target : (H, W, 3) or (H, W, 4) array_like, or DeviceImage
+            What the image should be; premultiplied RGBA where the drawing has no background.
+        weight : (H, W) array_like, DeviceImage or DistanceWeight
+            Weight of each pixel, a constant in the gradient.
+        scale : float
+            Factor of all weights.
+
+        Returns
+        -------
+        (float, Gradients)
+
+        Raises
+        ------
+        ValueError
+            If the drawing is of another size, or another argument does not fit it.
+        """
+        return self.begin_loss(drawing, target, weight, pieces, scale)()
+
+    @on_device
+    def begin_loss(
+        self,
+        drawing: Drawing,
+        target: ArrayLike | DeviceImage,
+        weight: ArrayLike | DeviceImage | DistanceWeight,
+        pieces: ArrayLike | None = None,
+        scale: float = 1.0,
+    ) -> Callable[[], tuple[float, Gradients]]:
+        """Like :meth:`loss_and_gradients`, but without waiting for the device.
+
+        Returns
+        -------
+        callable
+            Waits and returns loss and gradients. To be called before anything else is asked of the rasterizer.
+        """
+        pipeline = self._workspace.loaded(drawing)
+        pipeline.launcher.set(target=self._uploaded("target", target, channels_of(drawing)).buffer, scale=float(scale))
+        if isinstance(weight, DistanceWeight):
+            return functools.partial(self._end_loss, pipeline.begin_loss(weight, pieces))
+        pipeline.launcher.set(weight=self._uploaded("weight", weight, 1).buffer)
+        return functools.partial(self._end_loss, pipeline.begin_loss(None, pieces))
+
+    @on_device
+    def _end_loss(self, end: Callable[[], tuple[float, Gradients]]) -> tuple[float, Gradients]:
+        return end()
+
+    def distance_weight(self, drawing: Drawing, tau: float = 10.0, pieces: ArrayLike | None = None) -> NDArray[Any]:
+        """Return the distance weight of eq. (1), averaged over the layers whose outline is within `tau` of some pixel.
+
+        Parameters
+        ----------
+        drawing, pieces
+            As for :meth:`forward`.
+        tau : float
+            Reach of the weight, px.
+
+        Returns
+        -------
+        (H, W) array
+            d': it sums to 1, or is 0 all over where no outline is near.
+        """
+        return self.download(self.distance_weight_on_device(drawing, tau, pieces))[..., 0]
+
+    @on_device
+    def distance_weight_on_device(
+        self, drawing: Drawing, tau: float, pieces: ArrayLike | None = None, closest_from: int | None = None
+    ) -> DeviceImage:
+        """Like :meth:`distance_weight`, for use as a weight; the next call overwrites it.
+
+        With `closest_from`, the image is instead the largest ReLU(tau - d), px, among the layers from that one on: the
+        weight of the authors' program is made from it.
+        """
+        return DeviceImage(self._workspace.loaded(drawing).weigh(DistanceWeight(tau, pieces), closest_from), 1)
+
+    def pieces(self, drawing: Drawing, tolerance: float | None = None) -> NDArray[np.int32]:
+        """Return the number of lines that flatten each segment to within a tolerance, px, or the rasterizer's: (M,)."""
+        return pieces_for(drawing.cubics, self.tolerance if tolerance is None else tolerance)
+
+    @on_device
+    def upload(self, image: ArrayLike) -> DeviceImage:
+        """Put an image (H, W), (H, W, 3) or (H, W, 4) on the device, to be used as a target or a weight many times."""
+        array = np.asarray(image, dtype=self.dtype)
+        if array.shape[:2] != self.size or array.ndim not in (2, 3):
+            raise ValueError(f"image: shape {array.shape}, wanted {self.size} pixels, with or without channels")
+        return upload(self.device, self._grid, array)
+
+    @on_device
+    def download(self, image: DeviceImage) -> NDArray[Any]:
+        """Return an image that is on the device: (H, W, channels)."""
+        return download(self.device, self._grid, image, self.dtype)
+
+    def _uploaded(self, name: str, image: ArrayLike | DeviceImage, channels: int) -> DeviceImage:
+        if not isinstance(image, DeviceImage):
+            array = np.asarray(image, dtype=self.dtype)
+            wanted = self.size if channels == 1 else (*self.size, channels)
+            if array.shape != wanted:
+                raise ValueError(f"{name}: shape {array.shape}, wanted {wanted}")
+            image = self.upload(array)
+        if image.channels != channels:
+            raise ValueError(f"{name}: {image.channels} channels, wanted {channels}")
+        return image
+
+
+def render(drawing: Drawing, device: int | str | None = None) -> NDArray[Any]:
+    """Render a drawing once.
+
+    Returns
+    -------
+    (H, W, 3) float32
+        RGB; or (H, W, 4), premultiplied RGBA, where the drawing has no background.
+    """
+    return Rasterizer(drawing.size, device).forward(drawing)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What each thread that uses a rasterizer has for itself: buffers, kernels, and the drawing that it rendered last."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from livecl.drawing.drawing import Drawing
+from livecl.opencl.device import OpenDevice
+from livecl.opencl.launcher import Launcher
+from livecl.rendering.pipeline import Pipeline
+from livecl.rendering.tiling import Grid
+
+
+def channels_of(drawing: Drawing) -> int:
+    """Return the number of channels of a drawing's image: without a background, alpha is one."""
+    return 4 if drawing.background is None else 3
+
+
+class Workspace(threading.local):
+    """The pipelines of a canvas, made when they are first asked for; other threads see others.
+
+    Parameters
+    ----------
+    opened : OpenDevice
+        The device, which all threads share.
+    grid : Grid
+        Strips and tiles of the canvas.
+    dtype : float32 or float64
+        Number type of the kernels.
+    tolerance, max_tiles
+        As :class:`livecl.rendering.pipeline.Pipeline` takes them.
+    """
+
+    def __init__(self, opened: OpenDevice, grid: Grid, dtype: np.dtype[Any], tolerance: float, max_tiles: int) -> None:
+        self._opened, self._grid, self._dtype = opened, grid, dtype
+        self._tolerance, self._max_tiles = tolerance, max_tiles
+        self._pipelines: dict[int, Pipeline] = {}
+        self.rendered: tuple[Drawing, ArrayLike | None] | None = None
+
+    def pipeline(self, channels: int) -> Pipeline:
+        """Return the pipeline for images of that many channels."""
+        if channels not in self._pipelines:
+            launcher = Launcher(self._opened, self._dtype, channels)
+            self._pipelines[channels] = Pipeline(launcher, self._grid, self._tolerance, self._max_tiles)
+        return self._pipelines[channels]
+
+    def loaded(self, drawing: Drawing) -> Pipeline:
+        """Return the drawing's pipeline, with the drawing on the device."""
+        pipeline = self.pipeline(channels_of(drawing))
+        pipeline.load(drawing)
+        return pipeline
+
+    def forget(self) -> None:
+        """Give up all buffers of this thread."""
+        self._pipelines.clear()

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How the canvas is cut into strips and tiles, and which of them layers may touch: the host's side of common.h.
+
+A strip is `lanes` rows, a tile TILE columns of a strip. A span is the row of tiles where a layer's box meets a strip.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+
+#: Columns of a tile; the same as in kernels/common.h.
+TILE = 8
+
+IntArray = NDArray[np.int32]
+
+
+@dataclasses.dataclass(frozen=True)
+class Grid:
+    """A canvas of `height` x `width` px in strips of `lanes` rows and tiles of TILE columns, padded to whole ones."""
+
+    height: int
+    width: int
+    lanes: int
+
+    @property
+    def num_strips(self) -> int:
+        """Strips, the last one perhaps reaching beyond the canvas."""
+        return -(-self.height // self.lanes)
+
+    @property
+    def num_tiles(self) -> int:
+        """Tiles in a strip."""
+        return -(-self.width // TILE)
+
+    @property
+    def num_columns(self) -> int:
+        """Columns of the padded canvas."""
+        return self.num_tiles * TILE
+
+    def pack(self, image: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+        """Turn an image (H, W, C) or (H, W) into planes (C, num_strips, num_columns, lanes), padded with 0."""
+        image = image.reshape(self.height, self.width, -1)
+        padded = np.zeros((self.num_strips * self.lanes, self.num_columns, image.shape[2]), dtype)
+        padded[: self.height, : self.width] = image
+        strips = padded.reshape(self.num_strips, self.lanes, self.num_columns, -1)
+        return np.ascontiguousarray(strips.transpose(3, 0, 2, 1))
+
+    def unpack(self, planes: NDArray[Any]) -> NDArray[Any]:
+        """Turn planes (C, num_strips, num_columns, lanes) into an image (H, W, C)."""
+        rows = planes.transpose(1, 3, 2, 0).reshape(self.num_strips * self.lanes, self.num_columns, -1)
+        return np.ascontiguousarray(rows[: self.height, : self.width])
+
+    def boxes(self, bounds: NDArray[np.float64], margin: float) -> IntArray:
+        """Return the tiles within `margin` px of each layer's bounds.
+
+        Parameters
+        ----------
+        bounds : (N, 4) float
+            (x_min, y_min, x_max, y_max), px.
+        margin : float
+            How far to grow the bounds, px.
+
+        Returns
+        -------
+        (N, 4) int32
+            First tile, first strip, and the same past the last; empty (first = past the last) off the canvas.
+        """
+        tile_size = np.array([TILE, self.lanes])
+        ends = np.array([self.num_tiles, self.num_strips])
+        first = np.clip(np.floor((bounds[:, :2] - margin) / tile_size), 0, ends)
+        last = np.clip(np.floor((bounds[:, 2:] + margin) / tile_size) + 1, first, ends)
+        return np.concatenate([first, last], axis=1).astype(np.int32)
+
+    def limits(self, boxes: IntArray, margin: float) -> NDArray[np.float64]:
+        """Return how far bounds may reach so that all tiles within `margin` px of them lie in `boxes`: (N, 4), px."""
+        tile_size, ends = np.array([TILE, self.lanes]), np.array([self.num_tiles, self.num_strips])
+        low = np.where(boxes[:, :2] > 0, boxes[:, :2] * tile_size + margin, -np.inf)
+        high = np.where(boxes[:, 2:] < ends, boxes[:, 2:] * tile_size - margin, np.inf)
+        return np.concatenate([low, high], axis=1)
+
+
+def layer_bounds(drawing: Drawing) -> NDArray[np.float64]:
+    """Return (x_min, y_min, x_max, y_max) of each layer's control points, which hold its outline: (N, 4), px."""
+    if not drawing.num_layers:
+        return np.zeros((0, 4))
+    starts, points = 3 * drawing.segment_offsets[:-1], drawing.points.reshape(-1, 2)
+    return np.concatenate([np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)], axis=1)
+
+
+@dataclasses.dataclass(frozen=True)
+class Spans:
+    """The spans of all layers, sorted by strip and then by layer, with the tables the kernels find them by.
+
+    Attributes
+    ----------
+    spans : (K, 4) int32
+        Layer, strip, first tile | past-the-last tile << 16, index of the strip's tile 0 in the per-tile buffers.
+    strip_offsets : (num_strips + 1,) int32
+        First span of each strip.
+    layer_strips : (N, 2) int32
+        Index into `layer_spans` of strip 0, first strip | past-the-last strip << 16.
+    layer_spans : (K,) int32
+        Numbers of the spans, by layer and then by strip.
+    bands : (B, 4) int32
+        First span, past-the-last span, first strip, past-the-last strip of each band; a band's tiles fit the buffers.
+    num_tiles : int
+        Tiles of the largest band.
+    """
+
+    spans: IntArray
+    strip_offsets: IntArray
+    layer_strips: IntArray
+    layer_spans: IntArray
+    bands: IntArray
+    num_tiles: int
+
+    @functools.cached_property
+    def each_band(self) -> tuple[IntArray, ...]:
+        """The rows of `bands`, the same objects each time: what is the same need not be set again."""
+        return tuple(self.bands)
+
+
+def plan_spans(boxes: IntArray, num_strips: int, max_tiles: int) -> Spans:
+    """Lay out the spans of the layers' boxes.
+
+    Parameters
+    ----------
+    boxes : (N, 4) int32
+        As :meth:`Grid.boxes` returns them.
+    num_strips : int
+        Strips of the canvas.
+    max_tiles : int
+        Tiles that a band may hold; a single strip's are never split.
+    """
+    widths = boxes[:, 2] - boxes[:, 0]
+    heights = np.where(widths > 0, boxes[:, 3] - boxes[:, 1], 0)
+    ends = np.cumsum(heights)
+    starts = ends - heights
+    layers = np.repeat(np.arange(len(boxes)), heights)
+    strips = np.arange(len(layers)) + (boxes[:, 1] - starts)[layers]
+    order = np.argsort(strips, kind="stable")
+    layers, strips = layers[order], strips[order]
+    strip_offsets = np.searchsorted(strips, np.arange(num_strips + 1))
+    layer_spans = np.empty_like(order)
+    layer_spans[order] = np.arange(len(order))
+
+    tile_ends = np.concatenate([[0], np.cumsum(widths[layers])])
+    band_strips = _cut(tile_ends[strip_offsets], max_tiles)
+    band_spans = strip_offsets[band_strips]
+    bands = np.stack([band_spans[:-1], band_spans[1:], band_strips[:-1], band_strips[1:]], axis=1)
+    band_tiles = tile_ends[band_spans]
+    first_tiles = tile_ends[:-1] - np.repeat(band_tiles[:-1], np.diff(band_spans))
+
+    x = boxes[layers, 0] | boxes[layers, 2] << 16
+    spans = np.stack([layers, strips, x, first_tiles - boxes[layers, 0]], axis=1)
+    layer_strips = np.stack([starts - boxes[:, 1], boxes[:, 1] | (boxes[:, 1] + heights) << 16], axis=1)
+    return Spans(
+        spans=spans.astype(np.int32),
+        strip_offsets=strip_offsets.astype(np.int32),
+        layer_strips=layer_strips.astype(np.int32),
+        layer_spans=layer_spans.astype(np.int32),
+        bands=bands.astype(np.int32),
+        num_tiles=int(np.diff(band_tiles).max()),
+    )
+
+
+def _cut(tiles_before: NDArray[Any], max_tiles: int) -> NDArray[Any]:
+    """Cut strips into runs of at most `max_tiles` tiles, or one strip: the first strips of the runs, and the end."""
+    num_strips = len(tiles_before) - 1
+    cuts = [0]
+    while cuts[-1] < num_strips:
+        fits = int(np.searchsorted(tiles_before, tiles_before[cuts[-1]] + max_tiles, side="right")) - 1
+        cuts.append(min(max(fits, cuts[-1] + 1), num_strips))
+    return np.array(cuts)

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checkpoints: all that a run needs to go on and to end with the very result of one that was never stopped."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import logging
+import os
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.errors import CheckpointError
+from livecl.files import remove_leftovers
+from livecl.run.result import Stage
+from livecl.training.archive import UNREADABLE, Arrays, drawing_arrays, drawing_from, read_archive, write_archive
+from livecl.training.state import State
+from livecl.version import __version__
+
+if TYPE_CHECKING:
+    from livecl.opencl.device import DeviceInfo
+
+#: What a file says that is one, and the number of its layout.
+KIND, FORMAT = "livecl checkpoint", 1
+#: Least seconds between two writings, and how many times the seconds that the last one took.
+PERIOD, LEAST_RATIO = 5.0, 100
+
+_log = logging.getLogger(__name__)
+
+
+@dataclasses.dataclass
+class Record:
+    """How far a run has come: the outcomes of finished stages, and what the one under way has taken so far."""
+
+    stages: list[Stage] = dataclasses.field(default_factory=list)
+    iterations: int = 0
+    seconds: float = 0.0
+
+
+def identity_of(state: State, target: NDArray[Any], seed: int, device: DeviceInfo) -> dict[str, Any]:
+    """Return all that the numbers of a run depend on, from its first state, as JSON can hold it."""
+    start = state.start_drawing
+    return {
+        "version": __version__,
+        "device": f"{device.name} ({device.platform}, {device.version})",
+        "pixels": f"{target.shape[1]}x{target.shape[0]} px, {target.shape[2]} channels",
+        "picture": _digest(target),
+        "seed": seed,
+        "schedule": list(state.schedule),
+        "start": None if start is None else _digest(*drawing_arrays("", start).values()),
+        "lock": np.flatnonzero(state.locked).tolist(),
+        **dataclasses.asdict(state.options),
+    }
+
+
+def load_checkpoint(path: str | os.PathLike[str], identity: dict[str, Any]) -> tuple[State, Record]:
+    """Read what :class:`Checkpoints` wrote, of a run of the same identity.
+
+    Raises
+    ------
+    CheckpointError
+        If the file is none, or one of another run; the message names what differs.
+    """
+    name = os.fspath(path)
+    try:
+        facts, arrays = read_archive(path)
+        if facts["kind"] != KIND or facts["format"] != FORMAT:
+            raise ValueError(f"{facts['kind']}, format {facts['format']}, wanted {KIND}, format {FORMAT}")
+        known = dict(facts["identity"])
+        if known == identity:
+            state = State.of_parts(facts["state"], arrays)
+            stages = [Stage(_stage_drawing(n, arrays, state), **numbers) for n, numbers in enumerate(facts["stages"])]
+            return state, Record(stages, facts["iterations"], facts["seconds"])
+    except UNREADABLE as error:
+        raise CheckpointError(f"{name}: is no checkpoint that can be read: {error}") from error
+    raise CheckpointError(f"{name}: is a checkpoint of another run: {_differences(known, identity)}")
+
+
+def is_checkpoint(path: str | os.PathLike[str]) -> bool:
+    """Return whether a file is a checkpoint, of whatever run and version: one that may be overwritten."""
+    try:
+        facts, _ = read_archive(path)
+    except UNREADABLE:
+        return False
+    return facts.get("kind") == KIND
+
+
+class Checkpoints:
+    """Writes the checkpoint of one run now and then; what cannot be written is warned of once, and the run goes on.
+
+    Parameters
+    ----------
+    path : path or None
+        The file; None writes nothing.
+    identity : dict
+        See :func:`identity_of`.
+    period : float or None
+        See :class:`livecl.run.control.Control`.
+    """
+
+    def __init__(self, path: str | os.PathLike[str] | None, identity: dict[str, Any], period: float | None) -> None:
+        self._path, self._identity, self._period = path, identity, period
+        self._next = time.monotonic() + (PERIOD if period is None else period)
+        self._warned = False
+        #: Whether the file is there, and of this run.
+        self.written = False
+
+    @property
+    def due(self) -> bool:
+        """Whether it is time to write."""
+        return self._path is not None and time.monotonic() >= self._next
+
+    def write(self, state: State, record: Record) -> None:
+        """Replace the file by one of this state."""
+        if self._path is None:
+            return
+        begin = time.monotonic()
+        facts, arrays = state.parts()
+        for number, stage in enumerate(record.stages):
+            arrays |= drawing_arrays(_prefix(number), stage.drawing)
+        whole = {
+            "kind": KIND,
+            "format": FORMAT,
+            "identity": self._identity,
+            "state": facts,
+            "stages": [
+                {"mse": stage.mse, "iterations": stage.iterations, "seconds": stage.seconds} for stage in record.stages
+            ],
+            "iterations": record.iterations,
+            "seconds": record.seconds,
+        }
+        try:
+            write_archive(self._path, whole, arrays)
+            self.written = True
+        except OSError as error:
+            if not self._warned:
+                reason = error.strerror or error
+                _log.warning("%s: cannot be written (%s); the run goes on without", os.fspath(self._path), reason)
+            self._warned = True
+        now = time.monotonic()
+        self._next = now + (max(PERIOD, LEAST_RATIO * (now - begin)) if self._period is None else self._period)
+
+
+def discard_checkpoint(path: str | os.PathLike[str]) -> None:
+    """Delete a checkpoint, and what writings of it have left that were killed."""
+    Path(path).unlink(missing_ok=True)
+    remove_leftovers(path)
+
+
+def _prefix(number: int) -> str:
+    return f"stages.{number}."
+
+
+def _stage_drawing(number: int, arrays: Arrays, state: State) -> Any:
+    return drawing_from(_prefix(number), arrays, state.drawing.size)
+
+
+def _differences(known: dict[str, Any], identity: dict[str, Any]) -> str:
+    """Return in words what differs."""
+    names = [name for name in identity if known.get(name) != identity[name]]
+    if "pixels" in names:  # so is the picture, then
+        names.remove("picture")
+    return "; ".join(_difference(name, known.get(name), identity[name]) for name in names) or "it has other options"
+
+
+def _difference(name: str, was: Any, wanted: Any) -> str:
+    if name in ("picture", "start"):
+        return f"another {'picture' if name == 'picture' else 'drawing to start from'}"
+    return f"{name} was {was}, is {wanted}"
+
+
+def _digest(*arrays: Any) -> str:
+    digest = hashlib.sha256()
+    for array in arrays:
+        values = np.ascontiguousarray(array)
+        digest.update(f"{values.dtype.str} {values.shape} ".encode() + values.tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Recipe`: all that makes an SVG of a picture, apart from the picture and the device."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import hashlib
+import itertools
+import json
+import reprlib
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
+from livecl.options import Options
+from livecl.schedule import parse_schedule
+from livecl.svg.writer import MAX_PRECISION, LayerStyle, format_svg, quantize
+from livecl.version import __version__
+
+if TYPE_CHECKING:
+    from livecl.drawing.drawing import Drawing
+    from livecl.run.control import Control
+    from livecl.run.result import Result, Stage
+    from livecl.run.stages import Step
+
+#: How layers and stages are written.
+LAYER_STYLES = get_args(LayerStyle)
+#: Decimals that `vectorize` itself rounds coordinates to, so that its errors are those of that rounding.
+VECTORIZED_PRECISION = 3
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """What is to be done to each of any number of pictures.
+
+    The same recipe, picture and device give the same SVG, to the last byte, wherever they meet: in this process, in a
+    worker, on another machine with a processor and versions like these.
+
+    Parameters
+    ----------
+    paths : int, "auto" or None
+        Number of paths, at most, as for :func:`livecl.vectorize`.
+    schedule : "exp", sequence of int, text or None
+        Paths that each stage adds, as for :func:`livecl.vectorize`.
+    options : Options
+        Parameters of the method.
+    seed : int
+        Seed of whatever is random.
+    size : int
+        Longer side, px, that larger pictures are reduced to for the work; 0 to work on all pixels. The drawing has the
+        picture's own coordinates all the same.
+    precision : int
+        Decimals kept of coordinates, px of the picture.
+    layers : "inkscape" or "plain"
+        How layers and stages are written, see :func:`livecl.svg.writer.format_svg`.
+    start : Drawing, optional
+        Drawing to start from, stretched to the picture's canvas, which must have the same proportions.
+    lock : sequence of int
+        Layers of `start` that stay as they are.
+
+    Raises
+    ------
+    ValueError
+        If a value is not usable; the message names it.
+    """
+
+    paths: int | Literal["auto"] | None = None
+    schedule: str | Sequence[int] | None = None
+    options: Options = dataclasses.field(default_factory=Options)
+    seed: int = 0
+    size: int = DEFAULT_SIZE
+    precision: int = 3
+    layers: LayerStyle = "inkscape"
+    start: Drawing | None = None
+    lock: Sequence[int] = ()
+
+    def __post_init__(self) -> None:
+        parse_schedule(self.schedule, self.paths)
+        working_size((1, 1), self.size)
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
+            raise ValueError(f"seed: got {reprlib.repr(self.seed)}, wanted a whole number of at least 0")
+        if self.precision not in range(MAX_PRECISION + 1):
+            raise ValueError(f"precision: got {reprlib.repr(self.precision)}, wanted 0 to {MAX_PRECISION} decimals")
+        if self.layers not in LAYER_STYLES:
+            raise ValueError(f"layers: got {reprlib.repr(self.layers)}, wanted {' or '.join(map(repr, LAYER_STYLES))}")
+        num_layers = 0 if self.start is None else self.start.num_layers
+        if not isinstance(self.lock, Iterable) or any(layer not in range(num_layers) for layer in self.lock):
+            raise ValueError(
+                f"lock: got {reprlib.repr(self.lock)}, wanted numbers of the {num_layers} layers of start, from 0 on"
+            )
+        if self.start is not None and self.options.variant == "released":
+            raise ValueError("start: variant 'released' trains the newest paths only, so it starts from nothing")
+
+    @property
+    def stages(self) -> tuple[int, ...]:
+        """Paths that each stage adds; a first stage that refines `start` adds none."""
+        if self.start is None or not self.start.num_layers:
+            return parse_schedule(self.schedule, self.paths)
+        more = self.schedule is not None or self.paths is not None
+        return (0, *(parse_schedule(self.schedule, self.paths) if more else ()))
+
+    @property
+    def fingerprint(self) -> str:
+        """A digest that differs where the SVGs of the same picture may: of all values and livecl's version."""
+        facts = {
+            "version": __version__,
+            "options": dataclasses.asdict(self.options),
+            "auto": self.paths == "auto",
+            "stages": self.stages,
+            "seed": self.seed,
+            "size": self.size,
+            "precision": self.precision,
+            "layers": self.layers,
+            "start": None if self.start is None else format_svg(self.start, MAX_PRECISION),
+            "lock": sorted(map(int, self.lock)),
+        }
+        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+    def start_on(self, size: tuple[int, int]) -> Drawing | None:
+        """Return the drawing to start from on a picture's canvas, (height, width) px.
+
+        Raises
+        ------
+        ValueError
+            If the picture has other proportions.
+        """
+        if self.start is None:
+            return None
+        (height, width), (start_height, start_width) = size, self.start.size
+        if abs(width * start_height - start_width * height) > max(size + self.start.size):
+            raise ValueError(
+                f"start: a canvas of {start_width}x{start_height} px, wanted the proportions of the picture, "
+                f"{width}x{height} px"
+            )
+        return scaled(self.start, size)
+
+    def vectorize(
+        self,
+        image: ArrayLike,
+        device: int | str | None = None,
+        on_step: Callable[[Step], bool | None] | None = None,
+        control: Control | None = None,
+    ) -> Result:
+        """Vectorize a picture; arguments and errors as for :func:`livecl.vectorize`.
+
+        Returns
+        -------
+        Result
+            Drawings in the picture's own coordinates; errors as measured on the pixels that were worked on, see
+            `Result.working_size`.
+        """
+        from livecl.image.background import TRAIN, WHITE, target_over
+        from livecl.image.reading import as_image
+        from livecl.layering.metrics import mse
+        from livecl.rendering.rasterizer import render
+        from livecl.run.result import RunError
+        from livecl.run.vectorization import vectorize
+
+        pixels = as_image(image)
+        size = (pixels.shape[0], pixels.shape[1])
+        smaller = working_size(size, self.size)
+        target, start = reduced(pixels, smaller), self.start_on(size)
+        run = functools.partial(
+            vectorize,
+            target,
+            paths=self.paths,
+            schedule=self.schedule,
+            options=self.options,
+            device=device,
+            seed=self.seed,
+            on_step=on_step,
+            start=None if start is None else scaled(start, smaller),
+            lock=self.lock,
+            control=control,
+        )
+
+        def finished(stage: Stage, measured: bool) -> Stage:
+            drawing = quantize(_enlarged(stage.drawing, size, start, self.lock), self.precision)
+            if self.precision >= VECTORIZED_PRECISION or not measured:
+                return dataclasses.replace(stage, drawing=drawing)
+            ground = WHITE if self.options.background == TRAIN else drawing.background
+            error = mse(render(scaled(drawing, smaller), device), target_over(target, ground))
+            return dataclasses.replace(stage, drawing=drawing, mse=error)
+
+        def enlarged(result: Result, measured: bool = True) -> Result:
+            stages = tuple(finished(stage, measured) for stage in result.stages)
+            return dataclasses.replace(
+                result, drawing=stages[-1].drawing, mse=stages[-1].mse, stages=stages, working_size=smaller
+            )
+
+        try:
+            return enlarged(run())
+        except RunError as error:
+            if error.result is not None:
+                error.result = enlarged(error.result, measured=False)  # the device may have failed
+            raise
+
+    def svg(self, drawing: Drawing) -> str:
+        """Return a drawing as SVG text, as the recipe says."""
+        return format_svg(drawing, self.precision, self.layers)
+
+
+def _enlarged(drawing: Drawing, size: tuple[int, int], start: Drawing | None, lock: Sequence[int]) -> Drawing:
+    """Return a drawing on the picture's canvas, the locked layers of `start` with the very points that they have there.
+
+    Scaled down, rounded and scaled up again, these would differ from them.
+    """
+    enlarged = scaled(drawing, size)
+    if start is None or enlarged is drawing:
+        return enlarged
+    smaller, points = quantize(scaled(start, drawing.size)), enlarged.points.copy()
+    for layer in lock:
+        own = slice(*smaller.segment_offsets[layer : layer + 2])
+        for first, end in itertools.pairwise(drawing.segment_offsets):
+            if np.array_equal(drawing.points[first:end], smaller.points[own]):
+                points[first:end] = start.points[own]
+    return enlarged.replace(points=points)

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures that follow each other, as drawings whose layers keep their identity."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing, concatenate
+from livecl.image.background import NONE
+from livecl.image.reading import as_image
+from livecl.interpolation.blending import collapsed
+from livecl.options import Options
+from livecl.run.result import Result
+from livecl.run.stages import Picture
+from livecl.run.vectorization import vectorize
+
+#: Share of the learning rate of points that is left where they start near their places: they slide along outlines less,
+#: and end at lower errors.
+REFINING_RATE = 0.5
+#: Iterations for each picture but the first, as a multiple of those of a stage: layers that are there already are all
+#: that a picture has, where a run by itself has several stages and revisions.
+REFINING_STAGES = 2
+#: Error from which on paths may be added: so many of the first picture's, and so much above it.
+POOR_RATIO, POOR_RISE = 1.2, 1e-5
+#: Share of the error that may be left for added paths to stay.
+GOOD_RATIO = 0.8
+
+
+@dataclasses.dataclass(frozen=True)
+class SequenceResult:
+    """Outcome of a sequence.
+
+    Attributes
+    ----------
+    drawings : tuple of Drawing
+        One for each picture, as they are saved, all of the same layers and segments: layer n of each is the same thing.
+    mse : tuple of float
+        Their mean squared errors, in the program's own render.
+    seconds : tuple of float
+        Time of each, without making the kernels ready.
+    device : str
+        The device that was used.
+    """
+
+    drawings: tuple[Drawing, ...]
+    mse: tuple[float, ...]
+    seconds: tuple[float, ...]
+    device: str
+
+
+def vectorize_sequence(
+    images: Iterable[Picture],
+    *,
+    paths: int | Literal["auto"] | None = None,
+    schedule: str | Sequence[int] | None = None,
+    options: Options | None = None,
+    refine_iterations: int | None = None,
+    add_paths: int = 1,
+    device: int | str | None = None,
+    seed: int = 0,
+    start: Drawing | None = None,
+    on_frame: Callable[[int, Result], bool | None] | None = None,
+) -> SequenceResult:
+    """Turn pictures that follow each other into drawings, each of which starts from the one before.
+
+    The first picture is vectorized as :func:`livecl.vectorize` does. For each of the others the drawing before is
+    refined in one stage: no layer is dropped or moved in paint order. Where that does not suffice, paths may be added;
+    in the drawings of earlier pictures, these are points without area where they later appear.
+
+    Parameters
+    ----------
+    images : iterable of pictures
+        Targets of one size, each as :func:`livecl.image.as_image` takes it; they are asked for one after the other.
+    paths, schedule, options, device, seed
+        As in :func:`livecl.vectorize`; `paths` and `schedule` are those of the first picture.
+    refine_iterations : int, optional
+        Iterations for each picture but the first; twice `options.iterations` where not given.
+    add_paths : int
+        Paths that may be added for each picture whose error, after refinement, is a fifth larger than that of the first
+        or more, and by at least 1e-5; they stay if they lower it by a fifth.
+    start : Drawing, optional
+        Drawing that the first picture starts from.
+    on_frame : callable, optional
+        Called with the number, from 0 on, and the result of each picture; where it returns true the sequence ends.
+
+    Returns
+    -------
+    SequenceResult
+
+    Raises
+    ------
+    ValueError
+        If there are no pictures, their sizes differ, or an argument is not usable; the message names it.
+    ImageError, DeviceError, KernelBuildError, LiveclError
+        As :func:`livecl.vectorize`.
+    """
+    options = Options() if options is None else options
+    if isinstance(add_paths, bool) or not isinstance(add_paths, int) or add_paths < 0:
+        raise ValueError(f"add_paths: got {add_paths!r}, wanted a whole number of at least 0")
+    if refine_iterations is None:
+        refine_iterations = REFINING_STAGES * options.iterations
+    refining = _refining(options, refine_iterations)
+    results: list[Result] = []
+    for index, image in enumerate(images):
+        target = as_image(image)
+        if results:
+            before = results[-1].drawing
+            if target.shape[:2] != before.size:
+                raise ValueError(f"images: {index} is of {target.shape[:2]} px, wanted {before.size} as 0 has")
+            if before.background is None:
+                refining = dataclasses.replace(refining, background=NONE)
+            result = vectorize(target, options=refining, device=device, seed=seed, start=before)
+            first_mse = results[0].mse
+            if add_paths and result.mse >= max(POOR_RATIO * first_mse, first_mse + POOR_RISE):
+                result = _with_paths_added(result, target, str(add_paths), refining, options.prune, device, seed)
+        else:
+            result = vectorize(
+                target, paths=paths, schedule=schedule, options=options, device=device, seed=seed, start=start
+            )
+            if not result.drawing.num_layers:
+                raise ValueError("images: 0 is of the background's colour all over, so there is no layer to go on with")
+        results.append(result)
+        if on_frame is not None and on_frame(index, result):
+            break
+    if not results:
+        raise ValueError("images: got none, wanted at least one")
+    return SequenceResult(
+        drawings=_padded([result.drawing for result in results]),
+        mse=tuple(result.mse for result in results),
+        seconds=tuple(result.seconds for result in results),
+        device=results[0].device,
+    )
+
+
+def _refining(options: Options, iterations: int) -> Options:
+    """Return the options under which a drawing keeps its layers, and takes smaller steps."""
+    return dataclasses.replace(
+        options,
+        iterations=iterations,
+        learning_rate=REFINING_RATE * options.learning_rate,
+        revisions=0,
+        merge=False,
+        prune=0.0,
+        path_gain=0.0,
+        target_mse=0.0,
+    )
+
+
+def _with_paths_added(
+    refined: Result,
+    target: NDArray[np.float32],
+    schedule: str,
+    options: Options,
+    prune: float,
+    device: int | str | None,
+    seed: int,
+) -> Result:
+    """Add paths, of which those worth less than `prune` are dropped again; return the result, or the one before."""
+    options = dataclasses.replace(options, prune=prune)
+    added = vectorize(target, schedule=schedule, options=options, device=device, seed=seed, start=refined.drawing)
+    kept = added if added.mse <= GOOD_RATIO * refined.mse else refined
+    return dataclasses.replace(kept, seconds=refined.seconds + added.seconds)
+
+
+def _padded(drawings: Sequence[Drawing]) -> tuple[Drawing, ...]:
+    """Return drawings, each of which has the layers of the one before and maybe more, with the layers of the last.
+
+    New layers have a later stage than all that were there, so they can be told; the others keep their order.
+    """
+    padded = [drawings[0]]
+    for drawing in drawings[1:]:
+        before = padded[-1]
+        if drawing.num_layers > before.num_layers:
+            new = drawing.stages > before.stages.max()
+            lone = drawing.layer_subset(new)
+            places = iter(range(before.num_layers, drawing.num_layers)), iter(range(before.num_layers))
+            order = [next(places[0] if is_new else places[1]) for is_new in new]
+            padded = [concatenate(earlier, collapsed(lone)).layer_subset(order) for earlier in padded]
+        padded.append(drawing)
+    return tuple(padded)

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From a picture to a drawing in one call: checks what is asked for, runs all stages, and returns the result."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing, empty_drawing
+from livecl.errors import LiveclError
+from livecl.image.background import background_for
+from livecl.image.reading import as_image
+from livecl.options import Options
+from livecl.run.checkpoint import Checkpoints, Record, identity_of, load_checkpoint
+from livecl.run.control import Control, Watch
+from livecl.run.loop import Loop
+from livecl.run.result import Result, RunError, Stage
+from livecl.run.stages import Picture, Step, Vectorizer
+from livecl.schedule import parse_schedule
+from livecl.training.state import State
+
+
+def vectorize(
+    image: Picture,
+    paths: int | Literal["auto"] | None = None,
+    schedule: str | Sequence[int] | None = None,
+    options: Options | None = None,
+    device: int | str | None = None,
+    seed: int = 0,
+    on_step: Callable[[Step], bool | None] | None = None,
+    start: Drawing | None = None,
+    lock: Sequence[int] = (),
+    control: Control | None = None,
+) -> Result:
+    """Turn a picture into a drawing of few closed paths, layer by layer.
+
+    Parameters
+    ----------
+    image : array_like, path, bytes, binary file or PIL.Image.Image
+        Target, see :func:`livecl.image.as_image`. Where it has alpha, the drawing has no background and is to have the
+        picture's colour and alpha, unless `Options.background` says otherwise.
+    paths : int or "auto", optional
+        Number of paths, at most; 8 where neither this nor a list of stages is given, none beside those of `start`.
+        "auto" goes on as long as further paths gain enough (`Options.path_gain`).
+    schedule : "exp" or sequence of int, optional
+        Paths that each stage adds, see :func:`livecl.schedule.parse_schedule`.
+    options : Options, optional
+        Parameters of the method.
+    device : int, str or None
+        OpenCL device, see :func:`livecl.opencl.device.choose_device`.
+    seed : int
+        Seed of whatever is random.
+    on_step : callable, optional
+        Called with a :class:`Step` after each iteration; where it returns true the run stops there.
+    start : Drawing, optional
+        Drawing to start from, of the picture's size: a first stage refines it, then the paths asked for are added. The
+        result is never worse than it.
+    lock : sequence of int
+        Layers of `start` that stay as they are.
+    control : Control, optional
+        A time limit, and checkpoints to go on from.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    ValueError
+        If an argument is not usable; the message names it.
+    DeviceError, KernelBuildError
+        If the device cannot be had.
+    CheckpointError
+        If the run cannot go on from the checkpoint that `control` names.
+    RunError
+        If the run fails when it is under way: the loss stops being finite, the device fails or memory runs out. What
+        was good before is in its `result`.
+    """
+    options = Options() if options is None else options
+    if paths == "auto":
+        options = options.choosing_paths()
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise ValueError(f"seed: got {seed!r}, wanted a whole number of at least 0")
+    begin = time.perf_counter()
+    control = Control() if control is None else control
+    watch = Watch(control)
+    state = _first_state(as_image(image), paths, schedule, options, seed, start, lock)
+    vectorizer = Vectorizer(image, state, device)
+    info = vectorizer.rasterizer.device.info
+    identity = identity_of(state, vectorizer.target, seed, info)
+    record = Record()
+    if control.resume and control.checkpoint is not None and Path(control.checkpoint).exists():
+        vectorizer.state, record = load_checkpoint(control.checkpoint, identity)
+    if not vectorizer.finished:
+        vectorizer.warm_up()
+    compiled = time.perf_counter()
+    loop = Loop(vectorizer, on_step, watch, Checkpoints(control.checkpoint, identity, control.period), record)
+
+    def result_of(stages: Sequence[Stage], stopped: str | None) -> Result:
+        return Result(
+            drawing=stages[-1].drawing,
+            mse=stages[-1].mse,
+            stages=tuple(stages),
+            seconds=sum(stage.seconds for stage in stages),
+            compile_seconds=compiled - begin,
+            device=str(info),
+            options=options,
+            stopped=stopped,
+        )
+
+    try:
+        loop.run()
+        return result_of(loop.stages(), loop.stopped)
+    except (LiveclError, MemoryError) as error:
+        message = str(error) or "out of memory"
+        stages = loop.salvaged_stages()
+        raise RunError(message, result_of(stages, message) if stages else None) from error
+
+
+def _first_state(
+    image: NDArray[np.float32],
+    paths: int | Literal["auto"] | None,
+    schedule: str | Sequence[int] | None,
+    options: Options,
+    seed: int,
+    start: Drawing | None,
+    lock: Sequence[int],
+) -> State:
+    """Return the state before the first stage."""
+    size = image.shape[0], image.shape[1]
+    if start is None:
+        if len(lock):
+            raise ValueError("lock: layers of what? give the drawing that they belong to as start")
+        drawing = empty_drawing(size, background_for(options.background, image))
+        return State.start(drawing, options, parse_schedule(schedule, paths), seed)
+    if start.size != size:
+        raise ValueError(f"start: a canvas of {start.size} px, wanted the picture's {size}")
+    if options.variant == "released":
+        raise ValueError("start: variant 'released' trains the newest paths only, so it starts from nothing")
+    refines = start.num_layers > 0
+    stages = parse_schedule(schedule, paths) if schedule or paths or not refines else ()
+    drawing = start.replace(background=background_for(options.background, image, start.background))
+    locked = np.zeros(start.num_layers, bool)
+    try:
+        locked[np.array(lock, dtype=np.intp)] = True
+    except (IndexError, TypeError, ValueError):
+        raise ValueError(f"lock: got {lock!r}, wanted numbers of the {start.num_layers} layers, from 0 on") from None
+    return State.start(drawing, options, (0, *stages) if refines else stages, seed, locked)

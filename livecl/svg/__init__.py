@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Drawing` and SVG, both ways.
+
+What is saved is what a drawing holds after :func:`quantize`, to the last digit: :func:`read_svg` gives it back equal.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

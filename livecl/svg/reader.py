@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""SVG to `Drawing`: this project's own files, exactly, and foreign ones, as far as closed filled paths represent them.
+
+What is not represented is named in one warning.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import warnings
+
+import numpy as np
+
+from livecl.drawing.drawing import Drawing
+from livecl.errors import SvgError, readable
+from livecl.geometry import bezier
+from livecl.svg.document import parse_document, read_document
+from livecl.svg.walker import Layer, Walker
+from livecl.svg.writer import MAX_PRECISION
+
+#: What a side of the canvas may exceed whole pixels by without one more, px: converted units are off by so little.
+NO_PIXEL = 1e-3
+
+
+def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
+    """Read an SVG of closed filled paths.
+
+    Lines, quadratics, arcs and basic shapes become cubics; transforms are applied; a group's opacity goes into its
+    layers'; open subpaths are closed as filling does; even-odd fills are turned into equal nonzero ones where
+    possible; a canvas of a fractional size is rounded up. What a `Drawing` cannot represent (strokes, text, images,
+    gradients, clips, ...) is named, with counts, in one :class:`UserWarning`. A drawing saved by
+    :func:`livecl.svg.save_svg` is read back equal.
+
+    Parameters
+    ----------
+    source : path or bytes
+        An SVG file, or its content.
+
+    Returns
+    -------
+    Drawing
+        A layer for each shape, bottom first, called by its Inkscape label, title or id; the background is that of a
+        rectangle ``id="background"`` which covers the canvas beneath them, and None without one.
+
+    Raises
+    ------
+    SvgError
+        If the file cannot be read, is cut off, too large or nested too deep, refers to entities or other files, states
+        no size, or holds a path without data or with numbers that are not finite.
+    """
+    name, data = read_document(source)
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):  # what overflows is not finite, and refused where it shows
+            walker = Walker(parse_document(data))
+            drawing = _drawing(walker.layers, walker.size)
+    except ValueError as error:
+        raise SvgError(f"{name}: {readable(str(error))}") from error
+    if walker.left_out:
+        counts = ", ".join(f"{kind} ({count})" for kind, count in sorted(walker.left_out.items()))
+        warnings.warn(f"{name}: not representable as closed filled paths: {counts}", stacklevel=2)
+    return drawing
+
+
+def _drawing(layers: list[Layer], size: tuple[float, float]) -> Drawing:
+    """Return layers as a drawing; ValueError where its coordinates or sides are too large."""
+    background = None
+    width, height = size
+    if layers and _is_background(layers[0], size):
+        background = np.array(layers[0].color[:3])
+        layers = layers[1:]
+    subpaths = [subpath for layer in layers for subpath in layer.outline]
+    points = np.concatenate([np.zeros((0, 3, 2)), *(subpath[:, :3] for subpath in subpaths)])
+    return Drawing(
+        # Relative coordinates have been added up: rounded, they are what was written; 0.0 turns -0 into 0.
+        points=np.round(points, MAX_PRECISION) + 0.0,
+        colors=np.array([layer.color for layer in layers]).reshape(-1, 4),
+        size=(max(1, math.ceil(height - NO_PIXEL)), max(1, math.ceil(width - NO_PIXEL))),
+        background=background,
+        subpath_offsets=np.cumsum([0, *(len(subpath) for subpath in subpaths)]),
+        layer_offsets=np.cumsum([0, *(len(layer.outline) for layer in layers)]),
+        stages=np.array([layer.stage for layer in layers], dtype=np.int32),
+        names=[layer.name for layer in layers],
+    )
+
+
+def _is_background(layer: Layer, size: tuple[float, float]) -> bool:
+    if layer.identifier != "background" or layer.color[3] < 1 or len(layer.outline) != 1:
+        return False
+    x0, y0, x1, y1 = layer.bounds
+    covers = max(x0, y0) <= NO_PIXEL and x1 >= size[0] - NO_PIXEL and y1 >= size[1] - NO_PIXEL
+    box_area = float((x1 - x0) * (y1 - y0))
+    return bool(covers) and abs(bezier.signed_area(layer.outline[0])) >= box_area * (1 - 1e-9)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files of arrays and facts: how states and checkpoints lie on the disk, written whole, and read without trust."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import zipfile
+from typing import Any
+
+import numpy as np
+
+from livecl.drawing.drawing import Drawing
+from livecl.files import write_atomically
+from livecl.training.adam import Adam
+
+Arrays = dict[str, Any]
+
+#: What reading a file may raise that is missing, cut, changed or another's.
+UNREADABLE = (
+    OSError,
+    LookupError,
+    TypeError,
+    ValueError,
+    AttributeError,
+    EOFError,
+    RuntimeError,
+    zipfile.BadZipFile,
+)
+
+_DRAWING_ARRAYS = ("points", "colors", "subpath_offsets", "layer_offsets", "stages", "names")
+
+
+def write_archive(path: str | os.PathLike[str], facts: dict[str, Any], arrays: dict[str, Any]) -> None:
+    """Write facts, which JSON can hold, and arrays by name, replacing an existing file atomically."""
+    buffer = io.BytesIO()
+    np.savez(buffer, facts=np.array(json.dumps(facts)), **arrays)
+    write_atomically(path, buffer.getvalue())
+
+
+def read_archive(path: str | os.PathLike[str]) -> tuple[dict[str, Any], Arrays]:
+    """Return the facts and the arrays of a file; raises one of `UNREADABLE` where it has none."""
+    with np.load(path, allow_pickle=False) as file:
+        arrays = dict(file)
+    facts = json.loads(str(arrays.pop("facts")))
+    if not isinstance(facts, dict):
+        raise ValueError("its facts are no table")
+    return facts, arrays
+
+
+def drawing_arrays(prefix: str, drawing: Drawing) -> dict[str, Any]:
+    """Return a drawing's arrays by name; its size is not among them."""
+    arrays = {prefix + name: getattr(drawing, name) for name in _DRAWING_ARRAYS}
+    return arrays if drawing.background is None else {**arrays, f"{prefix}background": drawing.background}
+
+
+def drawing_from(prefix: str, arrays: Arrays, size: tuple[int, int]) -> Drawing:
+    """Return the drawing that :func:`drawing_arrays` took apart."""
+    background = arrays.get(f"{prefix}background")
+    return Drawing(size=size, background=background, **{name: arrays[prefix + name] for name in _DRAWING_ARRAYS})
+
+
+def adam_arrays(name: str, adam: Adam) -> dict[str, Any]:
+    """Return the moments' arrays by name."""
+    return {f"adam.{name}.{field}": value for field, value in vars(adam).items()}
+
+
+def adam_from(name: str, arrays: Arrays) -> Adam:
+    """Return the moments that :func:`adam_arrays` took apart."""
+    return Adam(**{field: arrays[f"adam.{name}.{field}"] for field in ("mean", "square", "ages")})

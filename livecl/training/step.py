@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One step of training: what a gradient does to the state, and what keeps outlines and their lines in order."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.geometry.untangle import untangle
+from livecl.rendering.rasterizer import Gradients, Rasterizer
+from livecl.training.adam import decayed, settling
+from livecl.training.state import State
+
+#: Steps after which the numbers of lines that flatten the segments are looked at again.
+PIECES_PERIOD = 10
+#: Steps between two looks for outlines that cross themselves.
+UNTANGLE_PERIOD = 25
+#: Opacity from which on a fill is meant to be opaque.
+OPAQUE_FROM = 0.9
+#: Steps over which the learning rate decays by the factor that the options name.
+DECAY_PERIOD = 500
+
+
+def choose_pieces(state: State, rasterizer: Rasterizer) -> None:
+    """Flatten finer where a segment has grown, and coarser where it has shrunk to a quarter."""
+    needed = rasterizer.pieces(state.drawing)
+    held = state.pieces
+    if np.any(needed > held) or np.any(2 * needed < held):
+        state.pieces = needed
+
+
+def hold_locked(state: State, gradients: Gradients) -> None:
+    """Leave locked layers without a gradient: their moments stay zero, so Adam does not move them at all."""
+    if state.locked.any():
+        gradients.points[state.locked_segments] = 0
+        gradients.colors[state.locked] = 0
+
+
+def move(state: State, gradients: Gradients) -> None:
+    """One step of Adam; colours stay within [0, 1]. On a small canvas, points take small steps."""
+    options, drawing = state.options, state.drawing
+    settled = settling(state.iteration / options.iterations, options.settle)
+
+    def rate(base: float, ages: NDArray[np.int64]) -> ArrayLike:
+        return base * settled * (1 if options.decay == 1 else decayed(ages, options.decay, DECAY_PERIOD))
+
+    point_rate = options.learning_rate * min(1.0, max(drawing.size) / max(options.full_rate_side, 1.0))
+    points = drawing.points + state.points.step(gradients.points, rate(point_rate, state.points.ages))
+    color_rate = rate(options.color_learning_rate, state.colors.ages)
+    colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
+    if options.opacity == "opaque":
+        colors[:, 3] = drawing.colors[:, 3]
+    elif options.opacity == "snap" and 2 * state.iteration >= options.iterations:
+        colors[(colors[:, 3] > OPAQUE_FROM) & ~state.locked, 3] = 1
+    background = drawing.background
+    if options.background == "train" and background is not None and gradients.background is not None:
+        change = state.background.step(gradients.background[None], options.color_learning_rate)
+        background = np.clip(background + change[0], 0, 1)
+    state.drawing = drawing.moved(points, colors, background)
+
+
+def untangles_now(state: State) -> bool:
+    """Now and then in the second half of a stage, when paths have found their places, and after its last step."""
+    iteration, iterations = state.iteration, state.options.iterations
+    return iteration == iterations or (2 * iteration > iterations and iteration % UNTANGLE_PERIOD == 0)
+
+
+def untangle_outlines(state: State) -> None:
+    """Take the loops out of all outlines that may change; for Adam, what moves is new."""
+    drawing = state.drawing
+    points, cubics, locked = drawing.points.copy(), drawing.cubics, state.locked_segments
+    for first, end in itertools.pairwise(drawing.subpath_offsets):
+        if not locked[first]:
+            points[first:end] = untangle(cubics[first:end])[:, :3]
+    moved = (points != drawing.points).any(axis=(1, 2))
+    if moved.any():
+        state.points.forget(moved)
+        state.drawing = drawing.moved(points, drawing.colors, drawing.background)

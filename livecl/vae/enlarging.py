@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of an autoencoder, enlarged."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from skimage.transform import resize
+
+from livecl.vae.parts import sigmoid
+
+FloatArray = NDArray[np.float64]
+
+#: Logits are cut off here, each way, before they are enlarged: a pixel that is surely black, at -30, would otherwise
+#: push the edge of a stroke beside it inwards. A grey level of 8 bits, 1 / 255, is a logit of -5.5.
+LIMIT = 6.0
+
+
+def enlarge(pictures: ArrayLike, size: int) -> FloatArray:
+    """Return pictures at another size, with edges as sharp as there.
+
+    A decoder's picture says how probable it is that a pixel is white, and the probability's logit is what the decoder
+    gives. The logits are interpolated by cubic splines, and turned into probabilities after that: an edge, where they
+    change sign, gets a place between the pixels of the small picture and a ramp steeper than theirs.
+
+    Parameters
+    ----------
+    pictures : (B, H, W) array_like
+        In [0, 1].
+    size : int
+        Height and width to enlarge to, px.
+
+    Returns
+    -------
+    (B, size, size) float64
+        In [0, 1].
+    """
+    given = np.asarray(pictures, np.float64)
+    if given.ndim != 3:
+        raise ValueError(f"pictures: shape {given.shape}, wanted (B, H, W)")
+    if size < 1:
+        raise ValueError(f"size: got {size}, wanted at least 1")
+    low = sigmoid(np.array(-LIMIT))
+    inside = np.clip(given, low, 1 - low)
+    logits = np.log(inside) - np.log1p(-inside)
+    # Splines overshoot: what is beyond the limit is as sure as the limit says.
+    larger = [np.clip(resize(each, (size, size), order=3, mode="edge", clip=False), -LIMIT, LIMIT) for each in logits]
+    shown: FloatArray = sigmoid(np.array(larger).reshape(-1, size, size))
+    return np.clip((shown - low) / (1 - 2 * low), 0, 1)

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Course`: how a drawing came to be, kept while it is learned, and shown as a film."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.files import write_atomically
+from livecl.image.resizing import scaled
+from livecl.run.result import Result
+from livecl.run.stages import LEAST_IMPROVEMENT, Step
+from livecl.views.films import save_mp4
+from livecl.views.frames import encode_gif, render_frames
+
+#: Longer side, px, that smaller drawings are enlarged to in a film, by a whole factor.
+LEAST_SIDE = 240
+#: A GIF's pictures are shown for hundredths of a second, of which browsers want two; and 16 bits count them.
+MAX_GIF_RATE, MAX_GIF_HOLD = 50, 600
+
+
+@dataclasses.dataclass(frozen=True)
+class Frame:
+    """The drawing after a step: stage, from 0 on, and iteration, from 1 on."""
+
+    stage: int
+    iteration: int
+    drawing: Drawing
+
+
+class Course:
+    """Keeps drawings of a run: pass it as `on_step`.
+
+    A drawing takes a few kilobytes, and nothing is rendered but one picture at the end of each stage: it tells whether
+    a revision paid. Revisions that did not, and were taken back, are not part of the course.
+
+    Parameters
+    ----------
+    every : int
+        Keep the drawing after each so many steps, beside those after the first and the last step of each stage.
+    on_step : callable, optional
+        Another callback, which is called first; where it returns true the run stops.
+    """
+
+    def __init__(self, every: int = 10, *, on_step: Callable[[Step], bool | None] | None = None) -> None:
+        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
+            raise ValueError(f"every: got {every!r}, wanted a whole number of at least 1")
+        self.every = every
+        self._on_step = on_step
+        self._frames: list[Frame] = []
+        self._attempt: list[Frame] = []
+        self._error = float("inf")
+
+    def __call__(self, step: Step) -> bool | None:
+        """Keep the drawing, where it is its turn; return what the other callback returned."""
+        stopped = None if self._on_step is None else self._on_step(step)
+        last = step.iteration == step.iterations
+        if step.iteration == 1:
+            self._attempt = []
+        if step.iteration == 1 or last or step.iteration % self.every == 0:
+            # A stage that adds layers labels them with its number or, after a start from a drawing, a higher one.
+            revision = step.drawing.stages.max(initial=0) < step.stage
+            frames = self._attempt if revision else self._frames
+            frames.append(Frame(step.stage, step.iteration, step.drawing))
+            if last:
+                self._close(step.mse, revision)
+        return stopped
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """The drawings kept."""
+        return tuple(self._frames)
+
+    def drawings(self, *, step: int = 1, result: Result | None = None) -> list[Drawing]:
+        """Return each `step`-th drawing, and the last one: that of the result, where it is given.
+
+        All are on the canvas that was worked on, which may be smaller than the result's.
+
+        Raises
+        ------
+        ValueError
+            If nothing has been kept, or `step` is below 1.
+        """
+        if isinstance(step, bool) or not isinstance(step, int) or step < 1:
+            raise ValueError(f"step: got {step!r}, wanted a whole number of at least 1")
+        kept = [frame.drawing for frame in self._frames]
+        if result is not None:
+            kept.append(scaled(result.drawing, kept[0].size) if kept else result.drawing)
+        if not kept:
+            raise ValueError("course: it is empty; pass it to livecl.vectorize as on_step")
+        chosen = kept[::step]
+        return chosen if chosen[-1] is kept[-1] else [*chosen, kept[-1]]
+
+    def save_gif(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        result: Result | None = None,
+        step: int = 1,
+        fps: float = 20.0,
+        hold: float = 2.0,
+        scale: float | None = None,
+        device: int | str | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> None:
+        """Write the course as a GIF that starts anew when it is over, replacing an existing file atomically.
+
+        Parameters
+        ----------
+        path : path
+            File to write.
+        result : Result, optional
+            What the run returned; its drawing is shown last.
+        step : int
+            Show each so-manyth of the drawings kept.
+        fps : float
+            Drawings a second, 50 at most.
+        hold : float
+            Time, s, that the last drawing stays beyond its own; 600 at most.
+        scale : float, optional
+            Pixels of the film for each px of the canvas; where not given, 1, or the whole number that brings a smaller
+            drawing's longer side near 240.
+        device : int, str or None
+            OpenCL device that renders.
+        progress : callable, optional
+            Called with the number of pictures done and that of all.
+
+        Raises
+        ------
+        ValueError
+            If nothing has been kept, or a number is out of range.
+        """
+        drawings = self.drawings(step=step, result=result)
+        if not 0 < fps <= MAX_GIF_RATE:
+            raise ValueError(f"fps: got {fps!r}, wanted more than 0 and at most {MAX_GIF_RATE} pictures a second")
+        if not 0 <= hold <= MAX_GIF_HOLD:
+            raise ValueError(f"hold: got {hold!r}, wanted 0 to {MAX_GIF_HOLD} seconds")
+        pictures = list(_rendered(drawings, scale, device, progress))
+        durations = [1 / fps] * len(pictures)
+        durations[-1] += hold
+        write_atomically(path, encode_gif(pictures, durations))
+
+    def save_mp4(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        result: Result | None = None,
+        step: int = 1,
+        fps: float = 20.0,
+        hold: float = 2.0,
+        scale: float | None = None,
+        device: int | str | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> None:
+        """Write the course as an MP4 film, replacing an existing file atomically.
+
+        Parameters
+        ----------
+        path, result, step, fps, hold, scale, device, progress
+            As for :meth:`save_gif`, with `fps` up to 1000 and `hold` up to 3600.
+
+        Raises
+        ------
+        ValueError
+            If nothing has been kept, or a number is out of range.
+        LiveclError
+            If ffmpeg is not there, which comes with the extra ``video``, or fails.
+        """
+        drawings = self.drawings(step=step, result=result)
+        save_mp4(path, _rendered(drawings, scale, device, progress), fps=fps, hold=hold)
+
+    def _close(self, error: float, revision: bool) -> None:
+        """End a stage; a revision belongs to the course if the run keeps it."""
+        if not revision or error < (1 - LEAST_IMPROVEMENT) * self._error:
+            self._error = error
+            self._frames += self._attempt
+        self._attempt = []
+
+
+def _rendered(
+    drawings: Sequence[Drawing],
+    scale: float | None,
+    device: int | str | None,
+    progress: Callable[[int, int], None] | None,
+) -> Iterator[NDArray[np.float32]]:
+    """Render drawings, over white, and report after each."""
+    if scale is None:
+        scale = max(1, LEAST_SIDE // max(drawings[0].size))
+    for done, picture in enumerate(render_frames(drawings, scale, device), start=1):
+        yield picture
+        if progress is not None:
+            progress(done, len(drawings))

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drawings to pictures, and pictures to a GIF."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from livecl.drawing.canvas import check_canvases
+from livecl.drawing.drawing import Drawing
+
+#: Colours that a GIF's palette holds.
+PALETTE = 256
+#: Pixels, of all frames together, that the palette of a GIF is made from.
+PALETTE_PIXELS = 1 << 20
+#: Pixels of a scaled canvas, at most.
+MAX_PIXELS = 1 << 26
+
+
+def render_frames(
+    drawings: Sequence[Drawing], scale: float = 1.0, device: int | str | None = None
+) -> Iterator[NDArray[np.float32]]:
+    """Render drawings one after the other, at another scale, what is transparent over white.
+
+    Parameters
+    ----------
+    drawings : sequence of Drawing
+        One or more on canvases of one size.
+    scale : float
+        Pixels of the pictures for each px of the canvas.
+    device : int, str or None
+        OpenCL device that renders.
+
+    Yields
+    ------
+    (H, W, 3) float32
+        RGB in [0, 1].
+
+    Raises
+    ------
+    ValueError
+        If there are no drawings, their sizes differ, or the scale is out of range.
+    """
+    from livecl.rendering.rasterizer import Rasterizer
+
+    check_canvases(drawings)
+    if not (math.isfinite(scale) and scale > 0):
+        raise ValueError(f"scale: got {scale!r}, wanted a positive number of pixels")
+    height, width = drawings[0].size
+    size = (max(1, round(height * scale)), max(1, round(width * scale)))
+    if size[0] * size[1] > MAX_PIXELS:
+        raise ValueError(f"scale: got {scale!r}, which makes pictures of {size[1]} x {size[0]}; wanted a smaller one")
+    rasterizer = Rasterizer(size, device)
+    stretch = np.array([size[1] / width, size[0] / height])
+    for drawing in drawings:
+        image = rasterizer.forward(drawing.replace(points=drawing.points * stretch, size=size))
+        yield image if image.shape[2] == 3 else image[..., :3] + (1 - image[..., 3:])
+
+
+def encode_gif(frames: Sequence[NDArray[Any]], durations: Sequence[float]) -> bytes:
+    """Return pictures as a GIF that never ends.
+
+    All frames share one palette, so that what stands still does not flicker. The most frequent colours are exact, the
+    others the nearest of the palette, without dithering.
+
+    Parameters
+    ----------
+    frames : sequence of (H, W, 3) array
+        RGB in [0, 1].
+    durations : sequence of float
+        Seconds for which each is shown, rounded to hundredths; browsers slow down what is under two of them.
+
+    Returns
+    -------
+    bytes
+    """
+    from PIL import Image
+
+    levels = [np.rint(np.clip(frame, 0, 1) * 255).astype(np.uint8) for frame in frames]
+    palette = _palette(levels)
+    pictures = [Image.fromarray(_nearest(frame, palette)) for frame in levels]
+    for picture in pictures:
+        picture.putpalette(palette.tobytes())
+    stream = io.BytesIO()
+    pictures[0].save(
+        stream,
+        "GIF",
+        save_all=True,
+        append_images=pictures[1:],
+        duration=[10 * round(100 * duration) for duration in durations],
+        loop=0,
+        optimize=False,
+    )
+    return stream.getvalue()
+
+
+def _palette(frames: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """Return colours that serve all frames: half of them the most frequent ones, so that flat areas keep theirs.
+
+    The others are medians of what is left: (K, 3), K at most `PALETTE`.
+    """
+    from PIL import Image
+
+    step = max(1, math.ceil(sum(frame.size // 3 for frame in frames) / PALETTE_PIXELS))
+    pixels = np.concatenate([frame.reshape(-1, 3)[::step] for frame in frames])
+    colors, inverse, counts = np.unique(pixels, axis=0, return_inverse=True, return_counts=True)
+    if len(colors) <= PALETTE:
+        return colors
+    order = np.argsort(-counts, kind="stable")
+    rank = np.empty(len(order), np.int64)
+    rank[order] = np.arange(len(order))
+    rest = pixels[rank[inverse] >= PALETTE // 2]
+    medians = Image.fromarray(rest[None]).quantize(PALETTE // 2, method=Image.Quantize.MEDIANCUT).getpalette()
+    return np.concatenate([colors[order[: PALETTE // 2]], np.array(medians, np.uint8).reshape(-1, 3)])
+
+
+def _nearest(frame: NDArray[np.uint8], palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the index of each pixel's nearest colour: (H, W). Pillow's own search is not exact."""
+    colors, inverse = np.unique(frame.reshape(-1, 3), axis=0, return_inverse=True)
+    _, nearest = cKDTree(palette).query(colors)
+    return nearest.astype(np.uint8)[inverse].reshape(frame.shape[:2])

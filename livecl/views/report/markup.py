@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pieces of the report's page: drawings, tables and the plot as HTML and SVG, everything from outside escaped."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import itertools
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from livecl.drawing.drawing import Drawing
+from livecl.drawing.labels import layer_labels
+from livecl.run.result import Stage
+from livecl.views.sheet import count_of
+
+#: Decimals of coordinates in the page, px: of the finished drawing as it is saved, and of the stages' drawings.
+PRECISION, STAGE_PRECISION = 3, 2
+
+
+def text(value: object) -> str:
+    """Return what stands for a value in HTML, in attributes too."""
+    return html.escape(str(value), quote=True)
+
+
+def png_uri(pixels: NDArray[Any], palette: NDArray[np.uint8] | None = None) -> str:
+    """Return a picture as the ``data:`` address of a PNG file.
+
+    Parameters
+    ----------
+    pixels : (H, W, 3) or (H, W, 4) float in [0, 1], or (H, W) uint8 with a palette
+        Straight colours, or indices.
+    palette : (256, 4) uint8, optional
+        Straight RGBA of each index.
+    """
+    stream = io.BytesIO()
+    if palette is None:
+        Image.fromarray(np.rint(np.clip(pixels, 0, 1) * 255).astype(np.uint8)).save(stream, "PNG", optimize=True)
+    else:
+        picture = Image.fromarray(pixels, "P")
+        picture.putpalette(palette[:, :3].tobytes())
+        picture.save(stream, "PNG", optimize=True, transparency=palette[:, 3].tobytes())
+    return f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode('ascii')}"
+
+
+def hex_color(rgb: NDArray[np.float64]) -> str:
+    """Return a colour (3,) or (4,) in [0, 1] as ``#rrggbb``."""
+    return "#" + "".join(f"{round(level * 255):02x}" for level in rgb[:3].tolist())
+
+
+def drawing_svg(drawing: Drawing, precision: int, attributes: str = "", *, facts: bool = False) -> str:
+    """Return a drawing as an ``<svg>`` element without ids; its paths are ``M``, ``C`` and ``Z`` in absolute numbers.
+
+    With `facts`, each path says in ``data-facts`` what its layer is called and how it is filled.
+    """
+    height, width = drawing.size
+    ground = ""
+    if drawing.background is not None:
+        ground = f'<rect class="ground" width="{width}" height="{height}" fill="{hex_color(drawing.background)}"/>'
+    paths = []
+    labels = layer_labels(drawing) if facts else ("",) * drawing.num_layers
+    for layer, (label, rgba) in enumerate(zip(labels, drawing.colors, strict=True)):
+        opacity = f' fill-opacity="{number(rgba[3], 5)}"' if rgba[3] < 1 else ""
+        said = f' data-facts="{text(f"{label} · {fill_of(rgba)}")}"' if facts else ""
+        paths.append(f'<path fill="{hex_color(rgba)}"{opacity}{said} d="{_path_data(drawing, layer, precision)}"/>')
+    return (
+        f'<svg viewBox="0 0 {width} {height}" {attributes}>{ground}'
+        f'<g class="layers">{"".join(paths)}</g><g class="overlay"></g></svg>'
+    )
+
+
+def fill_of(rgba: NDArray[np.float64]) -> str:
+    """Return a fill in words: ``#ff8800``, with its opacity where that is below 1."""
+    return hex_color(rgba) + (f" at {100 * rgba[3]:.3g} %" if rgba[3] < 1 else "")
+
+
+def swatch(rgba: NDArray[np.float64]) -> str:
+    """Return a small square of a colour."""
+    return (
+        '<svg class="swatch" aria-hidden="true"><rect width="100%" height="100%" '
+        f'fill="{hex_color(rgba)}" fill-opacity="{number(rgba[3], 3)}"/></svg>'
+    )
+
+
+def table(head: Sequence[str], rows: Iterable[tuple[str, Sequence[str]]], attributes: str) -> str:
+    """Return a table; each row has attributes of its own, and cells of ready markup, of which the first names it."""
+    top = "".join(f'<th scope="col">{text(name)}</th>' for name in head)
+    body = "\n".join(
+        f'<tr{own}><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in others)}</tr>'
+        for own, (first, *others) in rows
+    )
+    return f"<table {attributes}>\n<thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table>"
+
+
+def facts_table(facts: Mapping[str, object]) -> str:
+    """Return a table of names and values, both escaped."""
+    rows = "\n".join(f'<tr><th scope="row">{text(k)}</th><td>{text(v)}</td></tr>' for k, v in facts.items())
+    return f'<table class="words">\n<tbody>\n{rows}\n</tbody>\n</table>'
+
+
+def psnr(mse: float) -> str:
+    """Return a mean squared error as a peak signal-to-noise ratio, dB, in figures."""
+    return f"{-10 * math.log10(mse):.1f}" if mse > 0 else "∞"
+
+
+def stage_table(stages: Sequence[Stage]) -> str:
+    """Return the table of the stages."""
+    rows = [
+        ("", [*map(str, (index, stage.paths)), f"{stage.mse:.3g}", psnr(stage.mse), str(stage.iterations), seconds])
+        for index, stage in enumerate(stages, start=1)
+        for seconds in [f"{stage.seconds:.2f}"]
+    ]
+    return table(("Stage", "Paths", "MSE", "PSNR, dB", "Iterations", "Seconds"), rows, 'id="stages"')
+
+
+def stage_strip(stages: Sequence[Stage], differences: Sequence[str]) -> str:
+    """Return the stages' drawings as a strip of links, each with its difference picture's address."""
+    items = []
+    for index, (stage, difference) in enumerate(zip(stages, differences, strict=True), start=1):
+        paths, error = count_of(stage.paths, "path"), f"MSE {stage.mse:.3g}"
+        picture = drawing_svg(stage.drawing, STAGE_PRECISION, 'aria-hidden="true"', facts=True)
+        items.append(
+            f'<li><a href="#stage={index}" data-facts="{paths}, {error}" data-difference="{difference}" '
+            f'aria-label="Stage {index}: {paths}, {error}">{picture}{paths}<br>{error}</a></li>'
+        )
+    return f'<ol class="strip">\n{chr(10).join(items)}\n</ol>'
+
+
+def _path_data(drawing: Drawing, layer: int, precision: int) -> str:
+    first, end = drawing.layer_offsets[layer : layer + 2]
+    parts = []
+    for start, stop in itertools.pairwise(drawing.subpath_offsets[first : end + 1]):
+        points = drawing.points[start:stop].reshape(-1, 2)
+        x, y, *others = (number(value, precision) for value in [*points.ravel(), *points[0]])
+        parts.append(f"M{x} {y}C{' '.join(others)}Z")
+    return "".join(parts)
+
+
+def number(value: float, precision: int) -> str:
+    """Return a number in figures, of so many decimals at most."""
+    shown = f"{value:.{precision}f}"
+    shown = shown.rstrip("0").rstrip(".") if "." in shown else shown
+    return "0" if shown == "-0" else shown

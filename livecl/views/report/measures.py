@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the report measures: what each layer amounts to, and what is left between drawings and target."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.image.resizing import scaled, working_size
+from livecl.layering import metrics
+from livecl.views.report.markup import png_uri
+
+if TYPE_CHECKING:
+    from livecl.rendering.rasterizer import Rasterizer
+
+#: Longer side, px, that larger pictures are reduced to for the page and its measures; and the most numbers that the
+#: layers' alphas may have together (256 MB), for which pictures of many layers are reduced further.
+LONGEST, MOST_ALPHAS = 512, 1 << 26
+#: The difference picture is amplified so that this share of its pixels stays below the brightest; by a power of two.
+UNSATURATED, MAX_GAIN = 0.99, 64
+#: Its ink, on whatever the page's colour is.
+_DIFFERENCE_INK = (214, 66, 48)
+
+FloatArray = NDArray[np.float32]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class LayerFacts:
+    """What a layer of a drawing amounts to.
+
+    Attributes
+    ----------
+    area : float
+        Pixels that are seen of it: the sum of its share in each pixel's colour, see :func:`metrics.visible_shares`.
+    area_share : float
+        The same as a share of the canvas, 0 to 1.
+    removed : float
+        By how much the mean squared error would rise without it.
+    num_bytes : int
+        Length of its ``<path>`` element in the saved SVG.
+    """
+
+    area: float
+    area_share: float
+    removed: float
+    num_bytes: int
+
+
+def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rasterizer) -> list[LayerFacts]:
+    """Return what each layer amounts to.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Any drawing.
+    svg : str
+        The drawing as it is saved.
+    target : (H, W, 3) or (H, W, 4) float32
+        What its render is compared with, see :func:`livecl.image.background.target_over`; it may have fewer pixels than
+        the canvas.
+    rasterizer : Rasterizer
+        One of the target's size.
+    """
+    if not drawing.num_layers:
+        return []
+    smaller = scaled(drawing, (target.shape[0], target.shape[1]))
+    alphas = metrics.layer_alphas(smaller, rasterizer)
+    removed = metrics.removal_changes(smaller, alphas, target)
+    shares = metrics.visible_shares(alphas).mean(axis=(1, 2), dtype=np.float64)
+    elements = re.findall(r"<path\b[^>]*?(?:/>|>.*?</path>)", svg, flags=re.DOTALL)
+    area = drawing.size[0] * drawing.size[1]
+    return [
+        LayerFacts(
+            area=float(share) * area,
+            area_share=float(share),
+            removed=float(change),
+            num_bytes=len(element.encode()),
+        )
+        for share, change, element in zip(shares, removed, elements, strict=True)
+    ]
+
+
+def page_size(drawing: Drawing) -> tuple[int, int]:
+    """Return height and width, px, that pictures have in the page and layers are measured at."""
+    size = working_size(drawing.size, LONGEST)
+    excess = size[0] * size[1] * drawing.num_layers / MOST_ALPHAS
+    return size if excess <= 1 else working_size(size, max(1, int(max(size) / math.sqrt(excess))))
+
+
+def differences(errors: list[FloatArray]) -> tuple[list[str], int]:
+    """Return pictures of what is left between drawings and target, as addresses, and how often they are amplified.
+
+    A pixel's ink is the root mean square of the error's channels.
+    """
+    sizes = [np.sqrt(np.mean(np.square(error, dtype=np.float64), axis=2)) for error in errors]
+    level = float(np.quantile(sizes[-1], UNSATURATED))
+    gain = MAX_GAIN if level <= 0 else 2 ** int(np.clip(math.floor(-math.log2(level)), 0, math.log2(MAX_GAIN)))
+    ink = np.array([(*_DIFFERENCE_INK, alpha) for alpha in range(256)], np.uint8)
+    indices = [np.rint(np.clip(gain * size, 0, 1) * 255).astype(np.uint8) for size in sizes]
+    return [png_uri(index, ink) for index in indices], gain

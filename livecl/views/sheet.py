@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of a run: its stages side by side, and its error against the number of paths."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from livecl.drawing.drawing import Drawing
+from livecl.errors import LiveclError
+from livecl.files import write_atomically
+from livecl.image.reading import as_image, premultiplied, save_image
+from livecl.image.resizing import scaled
+from livecl.run.result import Result
+
+#: Longest side of a picture in a sheet, px, unless told otherwise, and the most of them in a row.
+CELL, MAX_COLUMNS = 240, 7
+#: Checkerboard beneath what is transparent: its two greys, and the side of a square, px.
+CHECKERBOARD, SQUARE = (1.0, 0.88), 8
+_INK, _FAINT_INK, _FRAME = (32, 32, 32), (112, 112, 112), (204, 204, 204)
+
+FloatArray = NDArray[np.float32]
+
+
+def stage_sheet(
+    image: ArrayLike,
+    result: Result,
+    *,
+    cell: int = CELL,
+    columns: int | None = None,
+    device: int | str | None = None,
+) -> FloatArray:
+    """Show the target and the drawing after each stage side by side, as the paper's first figure does.
+
+    Parameters
+    ----------
+    image : (H, W, 3) or (H, W, 4) array_like
+        The target, straight colours in [0, 1].
+    result : Result
+        The run.
+    cell : int
+        Longest side of each picture, px; drawings are rendered at that size.
+    columns : int, optional
+        Pictures in a row; where not given, the rows are about equally long, of at most 7.
+    device : int, str or None
+        OpenCL device that renders.
+
+    Returns
+    -------
+    (H', W', 3) float32
+        Straight RGB in [0, 1], captions included; transparent parts show a checkerboard.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not usable; the message names it.
+    """
+    from livecl.rendering.rasterizer import Rasterizer
+
+    pixels = checked_target(image, result.drawing)
+    for name, value in (("cell", cell), ("columns", columns)):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
+            raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least 1")
+    size = fitted_size(result.drawing.size, cell)
+    rasterizer = Rasterizer(size, device)
+    cells = [(_fitted_target(pixels, size), "target", "")]
+    for stage in result.stages:
+        shown = over_checkerboard(rasterizer.forward(scaled(stage.drawing, size)))
+        cells.append((shown, count_of(stage.paths, "path"), f"MSE {stage.mse:.3g}"))
+    columns = columns or math.ceil(len(cells) / math.ceil(len(cells) / MAX_COLUMNS))
+    return _laid_out(cells, size, columns)
+
+
+def save_sheet(
+    path: str | os.PathLike[str],
+    image: ArrayLike,
+    result: Result,
+    *,
+    cell: int = CELL,
+    columns: int | None = None,
+    device: int | str | None = None,
+) -> None:
+    """Write what :func:`stage_sheet` shows as a PNG file, replacing an existing one atomically."""
+    save_image(path, stage_sheet(image, result, cell=cell, columns=columns, device=device))
+
+
+def save_plot(path: str | os.PathLike[str], result: Result) -> None:
+    """Plot the mean squared error after each stage against the number of paths.
+
+    Parameters
+    ----------
+    path : path
+        File to write, ``.png`` or ``.svg``; an existing one is replaced atomically. The same result gives the same
+        bytes.
+    result : Result
+        The run.
+
+    Raises
+    ------
+    ValueError
+        If `path` has another suffix.
+    LiveclError
+        If matplotlib is not installed; it comes with the extra ``plots``.
+    """
+    kind = Path(path).suffix.lower().removeprefix(".")
+    if kind not in ("png", "svg"):
+        raise ValueError(f"path: got {os.fspath(path)!r}, wanted a file name that ends in .png or .svg")
+    try:
+        import matplotlib
+        from matplotlib.figure import Figure
+        from matplotlib.ticker import MaxNLocator
+    except ImportError as error:
+        raise LiveclError("a plot needs matplotlib: pip install 'livecl[plots]'") from error
+    figure = Figure(figsize=(5, 3.6), layout="constrained")
+    axes = figure.subplots()
+    counts = [stage.paths for stage in result.stages]
+    axes.plot(counts, [stage.mse for stage in result.stages], marker="o", color="#2f6fab")
+    if any(stage.mse > 0 for stage in result.stages):  # a logarithm shows no error of 0
+        axes.set_yscale("log")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set(xlabel="paths", ylabel="mean squared error")
+    axes.grid(visible=True, which="both", alpha=0.25)
+    stream = io.BytesIO()
+    # Ids in the SVG are hashes with a salt, otherwise random; a date would change with each run.
+    with matplotlib.rc_context({"svg.hashsalt": "livecl"}):
+        figure.savefig(stream, format=kind, dpi=144, metadata={"Date": None} if kind == "svg" else None)
+    write_atomically(path, stream.getvalue())
+
+
+def fitted_size(size: tuple[int, int], side: int) -> tuple[int, int]:
+    """Return the size (height, width) of the same shape whose longer side is `side` px."""
+    factor = side / max(size)
+    return max(1, round(size[0] * factor)), max(1, round(size[1] * factor))
+
+
+def fitted(image: ArrayLike, size: tuple[int, int]) -> Image.Image:
+    """Return a picture (H, W, 3 or 4) in [0, 1] at another size: smoothed where smaller, in squares where larger."""
+    picture = Image.fromarray(np.rint(np.clip(image, 0, 1) * 255).astype(np.uint8))
+    height, width = size
+    smaller = width < picture.width
+    return picture.resize((width, height), Image.Resampling.LANCZOS if smaller else Image.Resampling.NEAREST)
+
+
+def over_checkerboard(image: ArrayLike) -> FloatArray:
+    """Lay a picture over a checkerboard.
+
+    Parameters
+    ----------
+    image : (H, W, 3) or (H, W, 4) array_like
+        RGB, which is returned as it is, or premultiplied RGBA, in [0, 1].
+
+    Returns
+    -------
+    (H, W, 3) float32
+    """
+    pixels = np.asarray(image, dtype=np.float32)
+    if pixels.shape[2] == 3:
+        return pixels
+    rows, columns = np.indices(pixels.shape[:2]) // SQUARE
+    ground = np.where((rows + columns) % 2, CHECKERBOARD[1], CHECKERBOARD[0])[..., None]
+    over: FloatArray = (pixels[..., :3] + (1 - pixels[..., 3:]) * ground).astype(np.float32)
+    return over
+
+
+def count_of(count: int, noun: str) -> str:
+    """Return a number with its noun: ``1 path``, ``2 paths``."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def checked_target(image: ArrayLike, drawing: Drawing) -> FloatArray:
+    """Return a picture as :func:`livecl.image.reading.as_image` does, if it is of the drawing's size."""
+    pixels = as_image(image)
+    if pixels.shape[:2] != drawing.size:
+        raise ValueError(f"image: {pixels.shape[:2]} pixels, wanted the drawing's {drawing.size}")
+    return pixels
+
+
+def _fitted_target(pixels: FloatArray, size: tuple[int, int]) -> FloatArray:
+    return over_checkerboard(premultiplied(np.asarray(fitted(pixels, size), dtype=np.float32) / 255))
+
+
+def _laid_out(cells: list[tuple[FloatArray, str, str]], size: tuple[int, int], columns: int) -> FloatArray:
+    """Put pictures with two lines of caption below each into rows."""
+    text = max(9, max(size) // 16)
+    font = ImageFont.load_default(text)
+    margin, line = max(4, text // 2), round(1.35 * text)
+    width = max(size[1], *(math.ceil(font.getlength(caption)) for _, *captions in cells for caption in captions))
+    step_x, step_y = width + 2 * margin, size[0] + 2 * line + 3 * margin
+    rows = math.ceil(len(cells) / columns)
+    sheet = Image.new("RGB", (min(columns, len(cells)) * step_x, rows * step_y), "white")
+    pen = ImageDraw.Draw(sheet)
+    for index, (picture, *captions) in enumerate(cells):
+        left, top = index % columns * step_x + margin, index // columns * step_y + margin
+        inner = left + (width - size[1]) // 2
+        pen.rectangle((inner - 1, top - 1, inner + size[1], top + size[0]), outline=_FRAME)
+        sheet.paste(fitted(picture, size), (inner, top))
+        for row, (caption, ink) in enumerate(zip(captions, (_INK, _FAINT_INK), strict=True)):
+            place = left + width / 2, top + size[0] + margin + row * line
+            pen.text(place, caption, fill=ink, font=font, anchor="ma")
+    levels: FloatArray = np.asarray(sheet, dtype=np.float32) / np.float32(255)
+    return levels

@@ -1,0 +1,408 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line: what it writes, what it refuses, and how it says so."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import livecl
+from livecl.cli import command as cli
+from livecl.cli.interrupts import Interrupted
+from livecl.image.reading import save_image
+
+ROOT = Path(__file__).resolve().parents[2]
+#: Arguments of runs that take a moment.
+SHORT = ["--paths", "2", "--iterations", "3"]
+LIVECL = [sys.executable, "-m", "livecl"]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder with a picture in it: a red square on white, 32x32."""
+    image = np.ones((32, 32, 3))
+    image[8:24, 10:26] = (0.8, 0.1, 0.1)
+    save_image(tmp_path / "in.png", image)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*command: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a command of its own process, with the checkout on the path."""
+    return subprocess.run(
+        command,
+        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """Return the line that the command line refuses arguments with."""
+    assert cli.main(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert re.fullmatch(r"livecl: error: [^\n]+\n", captured.err), captured.err
+    return captured.err
+
+
+def test_writes_svg(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["in.png", "-o", "out.svg", *SHORT]) == 0
+    assert livecl.read_svg("out.svg").size == (32, 32)
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert re.fullmatch(r"out\.svg: \d paths, MSE \S+, \S+ s\n", captured.err)
+    assert sorted(file.name for file in folder.iterdir()) == ["in.png", "out.svg"]
+
+
+def test_quiet(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["in.png", "-o", "out.svg", "-q", *SHORT]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_json(folder: Path) -> None:
+    arguments = ["in.png", "-o", "out.svg", "--json", "out.json", "--schedule", "1,2", "--iterations", "3"]
+    arguments += ["--preset", "paper"]
+    assert (
+        cli.main([*arguments, "--seed", "7", "--segments", "3", "--xing-weight", "0.5", "--background", "#ff8000"]) == 0
+    )
+    report = json.loads(Path("out.json").read_text())
+    assert set(report) == {
+        "width",
+        "height",
+        "working_width",
+        "working_height",
+        "device",
+        "version",
+        "options",
+        "paths",
+        "mse",
+        "stopped",
+        "seconds",
+        "compile_seconds",
+        "stages",
+    }
+    assert (report["width"], report["height"], report["version"]) == (32, 32, livecl.__version__)
+    given = {"schedule": [1, 2], "seed": 7, "iterations": 3, "segments": 3, "xing_weight": 0.5, "background": "#ff8000"}
+    assert given.items() <= report["options"].items()
+    assert [set(stage) for stage in report["stages"]] == [{"paths", "mse", "iterations", "seconds"}] * 2
+    assert [stage["iterations"] for stage in report["stages"]] == [3, 3]
+    assert report["paths"] == report["stages"][-1]["paths"]
+    drawing = livecl.read_svg("out.svg")
+    assert report["paths"] == drawing.num_layers
+    difference = livecl.render(drawing) - livecl.read_image("in.png")
+    assert report["mse"] == pytest.approx(np.mean(np.square(difference, dtype=np.float64)), rel=1e-5)
+
+
+def test_json_width_and_height(folder: Path) -> None:
+    save_image("wide.png", np.zeros((5, 9, 3)))
+    assert cli.main(["wide.png", "-o", "out.svg", "--json", "out.json", "--paths", "1", "--iterations", "1"]) == 0
+    report = json.loads(Path("out.json").read_text())
+    assert (report["width"], report["height"]) == (9, 5)
+
+
+def test_stages(folder: Path) -> None:
+    arguments = ["in.png", "-o", "out.svg", "--preset", "paper", "--schedule", "1,1,1", "--iterations", "2"]
+    assert cli.main([*arguments, "--stages", "made"]) == 0
+    Path("there").mkdir()
+    assert cli.main([*arguments, "--stages", "there"]) == 0
+    for name in ("made", "there"):
+        assert sorted(file.name for file in Path(name).iterdir()) == ["stage-1.svg", "stage-2.svg", "stage-3.svg"]
+        assert [livecl.read_svg(f"{name}/stage-{i}.svg").num_layers for i in (1, 2, 3)] == [1, 2, 3]
+        assert Path(name, "stage-3.svg").read_bytes() == Path("out.svg").read_bytes()
+
+
+def test_existing_output_is_replaced(folder: Path) -> None:
+    Path("out.svg").write_text("old")
+    assert cli.main(["in.png", "-o", "out.svg", *SHORT]) == 0
+    assert livecl.read_svg("out.svg").num_layers
+
+
+def test_one_pixel(folder: Path) -> None:
+    save_image("dot.png", np.zeros((1, 1, 3)))
+    assert cli.main(["dot.png", "-o", "out.svg", *SHORT]) == 0
+    assert livecl.read_svg("out.svg").size == (1, 1)
+
+
+def test_alpha_is_laid_over_the_background(folder: Path) -> None:
+    save_image("clear.png", np.zeros((8, 8, 4)))
+    arguments = ["clear.png", "-o", "out.svg", "--paths", "1", "--iterations", "1", "--background", "#336699"]
+    assert cli.main(arguments) == 0
+    assert livecl.read_svg("out.svg").background == pytest.approx([0.2, 0.4, 0.6])
+
+
+@pytest.mark.parametrize("preset", ["default", "paper", "released", "diffvg"])
+def test_presets(folder: Path, preset: str) -> None:
+    from livecl.options import PRESETS
+
+    arguments = ["in.png", "-o", "out.svg", "--json", "out.json", "--paths", "3", "--preset", preset]
+    assert cli.main([*arguments, "--iterations", "2", "--shape", "random"]) == 0
+    report = json.loads(Path("out.json").read_text())
+    expected = vars(PRESETS[preset](iterations=2, shape="random"))
+    assert {name: report["options"][name] for name in expected} == expected
+    assert report["options"]["schedule"] == ([3] if preset == "diffvg" else [1, 2])
+
+
+def test_random_placement_starts_as_circles(folder: Path) -> None:
+    arguments = ["in.png", "-o", "out.svg", "--json", "out.json", *SHORT, "--placement", "random"]
+    for more, shape in (([], "circle"), (["--shape", "random"], "random"), (["--preset", "diffvg"], "random")):
+        assert cli.main([*arguments, *more]) == 0
+        assert json.loads(Path("out.json").read_text())["options"]["shape"] == shape
+    assert cli.main([*arguments, "--shape", "outline"]) == 2
+
+
+def test_schedules(folder: Path) -> None:
+    def schedule(*arguments: str) -> Any:
+        command = ["in.png", "-o", "out.svg", "--json", "out.json", "--iterations", "1", *arguments]
+        assert cli.main(command) == 0
+        return json.loads(Path("out.json").read_text())["options"]["schedule"]
+
+    assert schedule() == [1, 2, 4, 1]
+    assert schedule("--schedule", "exp", "--paths", "5") == [1, 2, 2]
+    assert schedule("--schedule", "2,1") == [2, 1]
+    assert schedule("--schedule", "2,1", "--paths", "3") == [2, 1]
+
+
+@pytest.mark.parametrize("command", [LIVECL, [sys.executable, str(ROOT / "tools" / "vectorize.py")]])
+def test_same_file_from_every_entry(folder: Path, command: list[str]) -> None:
+    assert cli.main(["in.png", "-o", "here.svg", *SHORT]) == 0
+    done = run(*command, "in.png", "-o", "out.svg", *SHORT)
+    assert (done.returncode, done.stdout) == (0, "")
+    assert Path("out.svg").read_bytes() == Path("here.svg").read_bytes()
+
+
+def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
+    for option, text in (("--version", f"livecl {livecl.__version__}\n"), ("--help", "-o OUT.svg")):
+        with pytest.raises(SystemExit) as stop:
+            cli.main([option])
+        captured = capsys.readouterr()
+        assert stop.value.code == 0
+        assert text in captured.out
+        assert captured.err == ""
+
+
+def test_readme_names_every_option() -> None:
+    options = [option for action in cli.build_parser()._actions for option in action.option_strings]
+    text = (ROOT / "README.md").read_text()
+    assert [option for option in options if option.startswith("--") and f"`{option}" not in text] == []
+
+
+def test_list_devices(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--list-devices"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out.splitlines() == [str(device) for device in livecl.list_devices()]
+    assert captured.err == ""
+
+
+def test_device_by_name_and_index(folder: Path) -> None:
+    device = livecl.list_devices()[0]
+    for choice in ("0", device.name):
+        assert cli.main(["in.png", "-o", "out.svg", "--json", "out.json", "--device", choice, *SHORT]) == 0
+        assert json.loads(Path("out.json").read_text())["device"] == str(device)
+
+
+def make_bad_inputs(folder: Path) -> None:
+    """Put files that are no pictures, and folders, beside the picture."""
+    picture = (folder / "in.png").read_bytes()
+    (folder / "text.png").write_text("not a picture")
+    (folder / "empty.png").write_bytes(b"")
+    (folder / "cut.png").write_bytes(picture[: len(picture) // 2])
+    (folder / "folder").mkdir()
+    (folder / "link.png").symlink_to("in.png")
+    os.link(folder / "in.png", folder / "hard.png")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("", "IN and -o"),
+        ("in.png", "without -o"),
+        ("-o out.svg", "without IN"),
+        ("in.png -o ''", "without -o"),
+        ("missing.png -o out.svg", "missing.png"),
+        ("text.png -o out.svg", "text.png"),
+        ("empty.png -o out.svg", "empty.png"),
+        ("cut.png -o out.svg", "cut.png"),
+        ("folder -o out.svg", "folder"),
+        ("in.png -o missing/out.svg", "does not exist"),
+        ("in.png -o text.png/out.svg", "is not a folder"),
+        ("in.png -o folder", "is a folder"),
+        ("in.png -o in.png", "would be overwritten"),
+        ("in.png -o link.png", "would be overwritten"),
+        ("in.png -o hard.png", "would be overwritten"),
+        ("in.png -o out.svg --json missing/out.json", "does not exist"),
+        ("in.png -o out.svg --json folder", "is a folder"),
+        ("in.png -o out.svg --json in.png", "would be overwritten"),
+        ("in.png -o out.svg --json out.svg", "two outputs"),
+        ("in.png -o folder/stage-1.svg --stages folder", "two outputs"),
+        ("in.png -o out.svg --stages missing/folder", "does not exist"),
+        ("in.png -o out.svg --stages text.png", "is a file"),
+        ("in.png -o out.svg --paths 0", "--paths: got '0'"),
+        ("in.png -o out.svg --paths -3", "--paths: got '-3'"),
+        ("in.png -o out.svg --paths 2.5", "--paths: got '2.5'"),
+        ("in.png -o out.svg --segments 0", "--segments: got '0'"),
+        ("in.png -o out.svg --segments -1", "--segments: got '-1'"),
+        ("in.png -o out.svg --iterations 0", "--iterations: got '0'"),
+        ("in.png -o out.svg --iterations -1", "--iterations: got '-1'"),
+        ("in.png -o out.svg --max-segments 0", "--max-segments: got '0'"),
+        ("in.png -o out.svg --revisions -1", "--revisions: got '-1'"),
+        ("in.png -o out.svg --seed -1", "--seed: got '-1'"),
+        ("in.png -o out.svg --xing-weight nan", "--xing-weight: got 'nan'"),
+        ("in.png -o out.svg --xing-weight -1", "--xing-weight: got '-1'"),
+        ("in.png -o out.svg --schedule 1,x", "schedule"),
+        ("in.png -o out.svg --schedule 1,0", "schedule"),
+        ("in.png -o out.svg --schedule ''", "schedule"),
+        ("in.png -o out.svg --schedule 1,1 --paths 3", "schedule"),
+        ("in.png -o out.svg --background #12", "--background"),
+        ("in.png -o out.svg --background colour", "--background"),
+        ("in.png -o out.svg --loss l1", "--loss"),
+        ("in.png -o out.svg --preset best", "--preset"),
+        ("in.png -o out.svg --device nothing-like-it", "nothing-like-it"),
+        ("in.png -o out.svg --device 99", "99"),
+        ("in.png -o out.svg --unknown", "--unknown"),
+        ("in.png -o out.svg --path 3", "--path"),
+    ],
+)
+def test_refusals(folder: Path, capsys: pytest.CaptureFixture[str], arguments: str, message: str) -> None:
+    make_bad_inputs(folder)
+    (folder / "out.svg").write_text("old")
+    before = {file.name: file.is_dir() or file.read_bytes() for file in folder.iterdir()}
+    words = ["" if word == "''" else word for word in arguments.split()]
+    assert message in refusal(capsys, *words)
+    assert {file.name: file.is_dir() or file.read_bytes() for file in folder.iterdir()} == before
+
+
+def test_refuses_folder_without_write_access(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    locked = folder / "locked"
+    locked.mkdir(mode=0o500)
+    if os.access(locked, os.W_OK):  # root may write anywhere, but not into /proc
+        locked = Path("/proc")
+    assert "cannot write into" in refusal(capsys, "in.png", "-o", str(locked / "out.svg"))
+
+
+def test_refuses_picture_wider_than_a_canvas(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    save_image("wide.png", np.zeros((1, 40000, 3)))
+    assert "wide.png" in refusal(capsys, "wide.png", "-o", "out.svg")
+
+
+def test_refuses_without_device(folder: Path) -> None:
+    for arguments in (["in.png", "-o", "out.svg"], ["--list-devices"]):
+        done = run(*LIVECL, *arguments, OCL_ICD_VENDORS=str(folder / "none"), LIVECL_DEVICE="")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert re.fullmatch(r"livecl: error: no OpenCL device [^\n]+\n", done.stderr)
+    assert not Path("out.svg").exists()
+
+
+def test_special_files_are_written_to(folder: Path) -> None:
+    assert cli.main(["in.png", "-o", "/dev/null", "--json", "/dev/null", *SHORT]) == 0
+    assert Path("/dev/null").is_char_device()
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (livecl.LiveclError("loss is not finite"), 1),
+        (OSError("disk full"), 1),
+        (MemoryError(), 1),
+        (Interrupted(signal.SIGINT), 130),
+        (Interrupted(signal.SIGTERM), 143),
+    ],
+)
+def test_failure_while_working(
+    folder: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
+    code: int,
+) -> None:
+    def vectorize(*_: Any, **__: Any) -> None:
+        raise error
+
+    monkeypatch.setattr("livecl.run.vectorization.vectorize", vectorize)
+    Path("out.svg").write_text("old")
+    assert cli.main(["in.png", "-o", "out.svg"]) == code
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert re.fullmatch(r"livecl: error: [^\n]+\n", captured.err)
+    assert Path("out.svg").read_text() == "old"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
+class TestTerminal:
+    """A run whose standard error is a terminal."""
+
+    @staticmethod
+    def start(*arguments: str) -> tuple[subprocess.Popen[bytes], int]:
+        import pty
+
+        master, slave = pty.openpty()
+        process = subprocess.Popen(
+            [*LIVECL, "in.png", "-o", "out.svg", *arguments],
+            env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "120"},
+            stdout=subprocess.PIPE,
+            stderr=slave,
+        )
+        os.close(slave)
+        return process, master
+
+    @staticmethod
+    def read(master: int) -> str:
+        """Return what is on the terminal next; nothing when the process has closed it."""
+        try:
+            return os.read(master, 4096).decode()
+        except OSError:  # how Linux reports that the other end is closed
+            return ""
+
+    def read_all(self, process: subprocess.Popen[bytes], master: int, text: str = "") -> str:
+        while part := self.read(master):
+            text += part
+        stdout, _ = process.communicate(timeout=60)
+        os.close(master)
+        assert stdout == b""
+        return text
+
+    def test_progress(self, folder: Path) -> None:
+        text = self.read_all(
+            *self.start("--schedule", "1,1", "--iterations", "600", "--revisions", "0", "--preset", "paper")
+        )
+        assert re.search(r"stage 2/2: +\d+%\|[^\r]*/1200 \[\d\d:\d\d<\d\d:\d\d, [^\r]*, paths 2, MSE \d", text)
+        assert re.search(r"out\.svg: \d paths, MSE \S+, \S+ s\r\n$", text)
+
+    def test_quiet(self, folder: Path) -> None:
+        assert self.read_all(*self.start("-q", *SHORT)) == ""
+
+    def test_interrupted(self, folder: Path) -> None:
+        process, master = self.start("--iterations", "1000000")
+        text = ""
+        while "MSE" not in text:
+            part = self.read(master)
+            assert part, text
+            text += part
+        process.send_signal(signal.SIGINT)
+        text = self.read_all(process, master, text)
+        assert process.returncode == 130
+        assert re.search(
+            r"livecl: error: interrupted; out\.svg has the best drawing so far: \d paths, [^\n]+\r\n$", text
+        )
+        assert "Traceback" not in text
+        assert livecl.read_svg("out.svg").num_layers
+
+
+def test_threads_change_nothing_but_the_cores(folder: Path) -> None:
+    command = [sys.executable, "-m", "livecl", "in.png", "--paths", "2", "--iterations", "3", "-q"]
+    for threads in ("1", "2"):
+        script = [*command, "-o", f"{threads}.svg", "--threads", threads]
+        assert subprocess.run(script, env={**os.environ, "PYTHONPATH": str(ROOT)}, check=False).returncode == 0
+    assert Path("1.svg").read_bytes() == Path("2.svg").read_bytes()
+    assert cli.main(["in.png", "-o", "3.svg", "--threads", "0"]) == 2

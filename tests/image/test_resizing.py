@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures reduced and drawings enlarged: sizes, means over areas, and that the two agree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support import drawings
+
+import livecl
+from livecl.drawing.drawing import MAX_COORDINATE, Drawing
+from livecl.image.reading import premultiplied
+from livecl.image.resizing import reduced, scaled, working_size
+
+RNG = np.random.default_rng(3)
+
+
+@pytest.mark.parametrize(
+    ("size", "longest", "expected"),
+    [
+        ((1500, 2000), 512, (384, 512)),
+        ((2000, 1500), 512, (512, 384)),
+        ((512, 512), 512, (512, 512)),
+        ((513, 100), 512, (512, 100)),
+        ((1, 4000), 512, (1, 512)),
+        ((30, 20), 512, (30, 20)),
+        ((3000, 2000), 0, (3000, 2000)),
+        ((7, 5), 1, (1, 1)),
+    ],
+)
+def test_working_size(size: tuple[int, int], longest: int, expected: tuple[int, int]) -> None:
+    assert working_size(size, longest) == expected
+
+
+@pytest.mark.parametrize("longest", [-1, 1.5, True, "512"])
+def test_working_size_is_a_whole_number(longest: int) -> None:
+    with pytest.raises(ValueError, match=r"^size: got "):
+        working_size((10, 10), longest)
+
+
+def overlaps(pixels: int, cells: int) -> np.ndarray:
+    """Return the share of each cell (row) that each pixel (column) covers, of so many on the same length."""
+    first = np.arange(cells)[:, None] * pixels / cells
+    end = first + pixels / cells
+    column = np.arange(pixels)
+    return np.clip(np.minimum(end, column + 1) - np.maximum(first, column), 0, None) * cells / pixels
+
+
+@pytest.mark.parametrize("size", [(3, 4), (7, 1), (1, 10), (5, 10)])
+def test_pixels_are_means_over_their_area(size: tuple[int, int]) -> None:
+    image = RNG.random((7, 10, 3)).astype(np.float32)
+    expected = np.einsum("ai,bj,ijc->abc", overlaps(7, size[0]), overlaps(10, size[1]), image)
+    # Sums of at most 70 numbers of at most 1 in float32.
+    np.testing.assert_allclose(reduced(image, size), expected, atol=70 * np.finfo(np.float32).eps)
+
+
+def test_own_size_changes_nothing() -> None:
+    image = RNG.random((7, 10, 4)).astype(np.float32)
+    np.testing.assert_array_equal(reduced(image, (7, 10)), image)
+
+
+def test_colors_count_by_their_alpha() -> None:
+    image = RNG.random((8, 6, 4)).astype(np.float32)
+    image[:4, :3, 3] = 0  # the colour there shows nowhere
+    small = reduced(image, (2, 2))
+    expected = premultiplied(image).reshape(2, 4, 2, 3, 4).mean(axis=(1, 3))
+    np.testing.assert_allclose(premultiplied(small), expected, atol=20 * np.finfo(np.float32).eps)
+    np.testing.assert_array_equal(small[0, 0], 0)
+
+
+def test_a_reduced_render_is_the_render_of_the_scaled_drawing(device: int | None) -> None:
+    # Coverage is a mean over a pixel's area, so one opaque layer reduced by 4 is what the smaller outline covers, up to
+    # the flattening's tolerance of 0.02 px, of each size, along an edge that is at most a pixel's diagonal long.
+    drawing = drawings.build([([drawings.circle((50, 30), 20)], (0.2, 0.5, 0.8, 1.0))], (64, 96))
+    small = reduced(livecl.render(drawing, device), (16, 24))
+    np.testing.assert_allclose(livecl.render(scaled(drawing, (16, 24)), device), small, atol=(0.02 + 0.02 / 4) * 2**0.5)
+
+
+def test_scaled_stretches_to_the_canvas() -> None:
+    drawing = drawings.build([([drawings.circle((5, 5), 3)], (0.2, 0.5, 0.8, 0.5))], (10, 20))
+    large = scaled(drawing, (30, 20))
+    assert large.size == (30, 20)
+    np.testing.assert_allclose(large.points, drawing.points * (1, 3))
+    np.testing.assert_array_equal(large.colors, drawing.colors)
+    assert scaled(drawing, (10, 20)) is drawing
+
+
+def test_scaled_keeps_within_what_a_drawing_takes() -> None:
+    drawing = Drawing(points=np.full((1, 3, 2), MAX_COORDINATE), colors=np.ones((1, 4)), size=(4, 4))
+    assert scaled(drawing, (8, 8)).points.max() == MAX_COORDINATE

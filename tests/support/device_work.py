@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Work that uses every kernel, as a digest of its bytes: what tests of devices in trouble compare.
+
+As a program it prints the digests of the cases that are named, in both number types.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import logging
+import sys
+
+import numpy as np
+import pyopencl as cl
+
+from livecl import Rasterizer
+from livecl.opencl.device import open_device
+from livecl.opencl.launcher import Launcher
+from livecl.rendering.pipeline import DistanceWeight
+from support.drawings import ALL_CASES, Case
+
+
+def opencl_error(kind: type[cl.Error], code: int) -> cl.Error:
+    """Return an error as pyopencl raises it."""
+    return kind(cl._cl._ErrorRecord(msg="", code=code, routine="clEnqueueNDRangeKernel"))
+
+
+def everything(rasterizer: Rasterizer, case: Case) -> str:
+    """Return a digest of all that a rasterizer can be asked for: image, coverages, distance weight, gradients."""
+    drawing, pieces = case.drawing, case.pieces
+    image = rasterizer.forward(drawing, pieces)
+    gradients = [rasterizer.backward(np.linspace(-1, 1, image.size).reshape(image.shape))]
+    weighted = rasterizer.distance_weight(drawing, 6.0, pieces)
+    closest = rasterizer.download(rasterizer.distance_weight_on_device(drawing, 6.0, pieces, closest_from=1))
+    parts = [image, rasterizer.coverages(drawing, pieces), weighted, closest]
+    for weight in (np.ones(image.shape[:2]), DistanceWeight(6.0, pieces)):
+        again = drawing.replace()  # another object, for which nothing has been kept on the device
+        loss, gradient = rasterizer.loss_and_gradients(again, np.full_like(image, 0.5), weight, pieces)
+        parts.append(np.array(loss))
+        gradients.append(gradient)
+    for gradient in gradients:
+        parts += [gradient.points, gradient.colors]
+    return hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).hexdigest()
+
+
+def launched_kernels() -> set[str]:
+    """Return the names of the kernels launched from now on, as a set that fills."""
+    names: set[str] = set()
+    launch = Launcher.__call__
+
+    def noting(launcher: Launcher, name: str, num_items: int, scope: str = "") -> None:
+        names.add(name)
+        launch(launcher, name, num_items, scope)
+
+    Launcher.__call__ = noting  # type: ignore[method-assign]
+    return names
+
+
+def main(names: list[str]) -> None:
+    """Print the digests of cases, with the work-groups of processors and of GPUs, at once and in bands of strips."""
+    logging.basicConfig(format="%(levelname)s: %(message)s")
+    kernels = launched_kernels()
+    opened = open_device()
+    for name, is_cpu, dtype in itertools.product(names, (True, False), (np.float32, np.float64)):
+        vars(opened)["is_cpu"] = is_cpu
+        case = ALL_CASES[name]()
+        for max_tiles in (1 << 17, 1):
+            digest = everything(Rasterizer(case.drawing.size, dtype=dtype, max_tiles=max_tiles), case)
+            sys.stdout.write(f"printed: {name} on {opened.info.name}, {is_cpu=}, {dtype=}, {max_tiles=}: {digest}\n")
+    sys.stdout.write(f"printed: kernels {' '.join(sorted(kernels))}\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What tests of whole runs share: a picture of three shapes, quick options, a run that is about to begin."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from reference.rounding import UNIT
+
+import livecl
+from livecl import Drawing, Options, State
+from livecl.drawing.drawing import empty_drawing
+from livecl.image.background import background_for
+from livecl.run.stages import Vectorizer
+
+#: Samples of a pixel along each axis in the pictures drawn here.
+SAMPLES = 8
+
+
+def three_shapes(side: int = 40, shift: float = 0.0) -> NDArray[np.float64]:
+    """Return a disc, a rectangle that overlaps it and an ellipse on it, `shift` px to the left, box-filtered."""
+    rows, columns = (np.indices((side * SAMPLES, side * SAMPLES)) + 0.5) * 40 / (side * SAMPLES)
+    columns = columns + shift
+    picture = np.ones((side * SAMPLES, side * SAMPLES, 3))
+    picture[np.hypot(columns - 15, rows - 19) < 12.3] = (0.9, 0.2, 0.1)
+    picture[(columns > 20.3) & (columns < 36.6) & (rows > 6.2) & (rows < 20.9)] = (0.1, 0.3, 0.8)
+    picture[np.hypot((columns - 12) / 1.4, rows - 27) < 5.2] = (0.2, 0.7, 0.3)
+    return picture.reshape(side, SAMPLES, side, SAMPLES, 3).mean(axis=(1, 3))
+
+
+SMALL = three_shapes(24)
+
+QUICK = Options.paper(iterations=6)
+
+
+def mse_of(drawing: Drawing, target: NDArray[Any], device: int) -> float:
+    image = livecl.render(drawing, device).astype(np.float64)
+    return float(np.mean((image - target.astype(np.float32).astype(np.float64)) ** 2))
+
+
+def about(mse: float) -> Any:
+    """Return what compares as a mean of squared differences, each of which is rounded by a unit in single precision."""
+    return pytest.approx(mse, rel=1e-9, abs=2 * UNIT * np.sqrt(mse))
+
+
+def new_run(options: Options, schedule: tuple[int, ...], device: int, target: NDArray[Any] = SMALL) -> Vectorizer:
+    drawing = empty_drawing(target.shape[:2], background_for(options.background, target))
+    return Vectorizer(target, State.start(drawing, options, schedule, 0), device)

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hypothesis in the fuzzer: planted defects are found and made small, and a short search finds none that is real.
+
+Bounds on what is left are not the least that there can be: which cases Hypothesis tries depends on its version, and on
+constants of the modules that are loaded, so on the tests before.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fuzz import KINDS, module_of
+from fuzzing.search import Smallest, cases_of, search
+from fuzzing.worker import kind_of
+
+from livecl import Drawing
+
+TOOL = Path(__file__).resolve().parents[2] / "tools" / "fuzz.py"
+
+
+def smallest(name: str, check: Callable[[Any], str], most: int) -> list[Smallest]:
+    """Return what a search with another check finds, ordered by what went wrong."""
+    kind = dataclasses.replace(kind_of(module_of(name)), check=check)
+    _, found = search(kind, cases_of(name, kind), seed=0, most=most)
+    return sorted(found, key=lambda one: one.what)
+
+
+@pytest.mark.slow
+def test_a_drawing_is_made_small() -> None:
+    def check(case: dict[str, Any]) -> str:
+        try:
+            drawing = Drawing(**case)
+        except ValueError:
+            return "refused"
+        if drawing.num_layers >= 2 and drawing.points[..., 0].max() >= 5:
+            raise ZeroDivisionError("planted")
+        return "taken"
+
+    (found,) = smallest("drawings", check, 300)
+    assert found.always and found.what == "ZeroDivisionError: planted"
+    assert len(found.case["points"]) <= 4  # a segment or two a layer
+    assert np.count_nonzero(found.case["points"]) <= 3
+
+
+@pytest.mark.slow
+def test_a_document_is_made_small() -> None:
+    def check(data: bytes) -> str:
+        if b"<circle" in data:
+            raise ZeroDivisionError("planted")
+        return "read"
+
+    (found,) = smallest("svgs", check, 400)
+    # How many elements there are is drawn before they are, so that Hypothesis does not always leave one out.
+    _, *elements = re.findall(rb"<(\w+)([^>]*)>", found.case)
+    assert len(elements) <= 10 and len(found.case) < 600, found.case  # each with a title; 190 bytes are the root's
+
+
+def test_of_two_defects_each_has_its_case() -> None:
+    def check(case: tuple[str, Any]) -> str:
+        if case[0] == "Options":
+            raise KeyError("planted")
+        if case[0] == "schedule":
+            raise ZeroDivisionError("planted")
+        return "taken"
+
+    found = smallest("options", check, 300)
+    assert [one.what for one in found] == ["KeyError: 'planted'", "ZeroDivisionError: planted"]
+    assert [one.case[0] for one in found] == ["Options", "schedule"]
+    assert len(found[0].case[1]) <= 3  # fields, of more than twenty
+
+
+def test_a_command_line_is_made_small() -> None:
+    def check(case: tuple[str, Any]) -> str:
+        if case[0] == "command line" and len(case[1]) >= 3:
+            raise ZeroDivisionError("planted")
+        return "taken"
+
+    (found,) = smallest("options", check, 300)
+    assert len(found.case[1]) <= 6
+
+
+def test_what_goes_wrong_only_once_is_said_to() -> None:
+    seen: list[bytes] = []
+
+    def check(case: bytes) -> str:
+        seen.append(case)
+        if len(seen) == 7:
+            raise ZeroDivisionError("planted")
+        return "read"
+
+    (found,) = smallest("svgs", check, 20)
+    assert not found.always and found.case == seen[6]
+
+
+def test_the_same_seed_tries_the_same() -> None:
+    tried: list[list[bytes]] = [[], []]
+    for cases in tried:
+        assert not smallest("svgs", lambda data, cases=cases: cases.append(data) or "read", 20)
+    assert tried[0] == tried[1] and len(set(tried[0])) > 10
+
+
+def test_without_hypothesis_the_extra_is_named() -> None:
+    lines = (
+        "import runpy, sys",
+        "sys.modules['hypothesis'] = None",
+        f"sys.argv = [{str(TOOL)!r}, '--search', '--kind', 'svgs']",
+        f"sys.path.insert(0, {str(TOOL.parent)!r})",
+        f"runpy.run_path({str(TOOL)!r}, run_name='__main__')",
+    )
+    done = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and done.stderr.startswith("fuzz: error: --search: "), done.stderr
+    assert done.stderr.endswith("install the extra test: pip install -e '.[test]'\n")
+
+
+def run(kind: str, cases: int, seed: int, folder: Path) -> None:
+    command = [sys.executable, str(TOOL), "--search", "--kind", kind, "--cases", str(cases)]
+    done = subprocess.run(
+        [*command, "--seed", str(seed), "--out", str(folder)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    line = re.compile(rf"(\w+): search among \d+ cases, seed {seed}, \d+ s: .+; findings at 0 places")
+    matches = [line.fullmatch(text) for text in done.stdout.splitlines()]
+    assert [match and match[1] for match in matches] == (list(KINDS) if kind == "all" else [kind]), done.stdout
+    assert not folder.exists()
+
+
+@pytest.mark.slow
+def test_a_short_search_finds_nothing(tmp_path: Path) -> None:
+    run("all", 150, 20, tmp_path / "found")
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(
+    ("kind", "cases"), [("pictures", 1000), ("svgs", 1000), ("options", 1000), ("drawings", 1000), ("runs", 10)]
+)
+def test_a_long_search_finds_nothing(kind: str, cases: int, tmp_path: Path) -> None:
+    run(kind, cases, 21, tmp_path / "found")

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tools that interpolate, vectorize sequences and compare: what they write, and what they refuse."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import compare_sequence
+import interpolate as interpolate_tool
+import numpy as np
+import orderness
+import pytest
+import vectorize_sequence
+from animations.strokes import DIGITS, HEIGHT, PEN, draw_frames
+from PIL import Image
+from support.drawings import BLUE, GREEN, RED, build, circle, rectangle
+
+import livecl
+from livecl.image.reading import save_image
+from livecl.interpolation.blending import interpolate
+from livecl.svg import format_svg, quantize
+
+SIZE = (32, 40)
+A = quantize(build([([circle((12, 16), 8)], RED), ([rectangle(26, 10, 34, 20)], BLUE)], SIZE))
+B = quantize(build([([circle((20, 16), 10)], GREEN), ([rectangle(4, 10, 12, 20)], BLUE)], SIZE))
+#: Arguments of runs that take a moment.
+SHORT = ["--paths", "2", "--iterations", "5"]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder with two SVGs and two pictures in it."""
+    monkeypatch.chdir(tmp_path)
+    A.save_svg("a.svg")
+    B.save_svg("b.svg")
+    for name, drawing in (("a.png", A), ("b.png", B)):
+        save_image(name, livecl.render(drawing))
+    return tmp_path
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """Return the line that the interpolation is refused with, nothing being written."""
+    before = sorted(Path().iterdir())
+    assert interpolate_tool.main(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.endswith("\n")
+    assert captured.err.count("\n") == 1
+    assert sorted(Path().iterdir()) == before
+    return captured.err
+
+
+def test_folder_of_svgs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert interpolate_tool.main(["a.svg", "b.svg", "--frames", "3", "-o", "out"]) == 0
+    files = sorted((folder / "out").iterdir())
+    ends = livecl.read_svg("a.svg"), livecl.read_svg("b.svg")
+    assert [file.name for file in files] == ["frame-01.svg", "frame-02.svg", "frame-03.svg"]
+    for file, drawing in zip(files, interpolate(*ends, [0, 0.5, 1]), strict=True):
+        assert file.read_text() == format_svg(drawing)
+    assert capsys.readouterr() == ("", "out: 3 drawings of 2 layers\n")
+
+
+def test_animated_svg(folder: Path) -> None:
+    assert interpolate_tool.main(["a.svg", "b.svg", "-o", "out.svg", "-q", "--seconds", "3", "--one-way"]) == 0
+    text = (folder / "out.svg").read_text()
+    assert text.count("<animate ") == 3  # the disc's shape and colour, the rectangle's shape
+    assert 'dur="4s"' in text  # and half a second at either end
+
+
+def test_gif_and_strip(folder: Path) -> None:
+    arguments = ["a.svg", "b.svg", "--frames", "4", "--scale", "0.5"]
+    assert interpolate_tool.main([*arguments, "-o", "out.gif"]) == 0
+    with Image.open("out.gif") as image:
+        assert (image.size, image.n_frames) == ((20, 16), 6)  # two of them on the way back
+    assert interpolate_tool.main([*arguments, "-o", "out.png"]) == 0
+    assert livecl.read_image("out.png").shape == (16, 4 * 20 + 3 * 2, 3)
+
+
+def test_options_reach_the_method(folder: Path) -> None:
+    assert interpolate_tool.main(["a.svg", "b.svg", "-o", "out.svg", "--match", "nearest", "--lone", "grow"]) == 0
+    # The rectangles are paired; the discs differ too much in colour, so one shrinks and the other grows.
+    text = (folder / "out.svg").read_text()
+    assert text.count("<path ") == 3
+    assert "fill-opacity" not in text
+
+
+def test_pictures_are_vectorized(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert interpolate_tool.main(["a.png", "b.svg", "-o", "out.svg", *SHORT]) == 0
+    err = capsys.readouterr().err
+    assert "a.png: " in err
+    assert "b.svg: " not in err
+
+
+def test_other_canvas_is_scaled(folder: Path) -> None:
+    B.replace(size=(64, 80), points=2 * B.points).save_svg("large.svg")
+    assert interpolate_tool.main(["a.svg", "large.svg", "--frames", "2", "-o", "out"]) == 0
+    np.testing.assert_allclose(livecl.read_svg("out/frame-02.svg").points, interpolate(A, B, 1).points, atol=1e-3)
+
+
+def test_refusals(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    B.replace(background=None).save_svg("clear.svg")
+    Path("file").write_text("no picture")
+    cases = {
+        "there is no such file|No such file": ["none.svg", "b.svg", "-o", "out.svg"],
+        "not a picture of a kind": ["a.svg", "file", "-o", "out.svg"],
+        "out.mp4: the format .mp4 is not known": ["a.svg", "b.svg", "-o", "out.mp4"],
+        "cannot write into nowhere": ["a.svg", "b.svg", "-o", "nowhere/out.svg"],
+        "file: is a file, wanted a folder": ["a.svg", "b.svg", "-o", "file"],
+        "a.svg: is an input and would be overwritten": ["a.svg", "b.svg", "-o", "a.svg"],
+        "--frames: got '1', wanted a whole number of at least 2": ["a.svg", "b.svg", "-o", "o.svg", "--frames", "1"],
+        "--seconds: got 'inf'": ["a.svg", "b.svg", "-o", "out.svg", "--seconds", "inf"],
+        "one drawing has a background": ["a.svg", "clear.svg", "-o", "out.svg"],
+        "device 'warp' names no device": ["a.svg", "b.svg", "-o", "out.gif", "--device", "warp"],
+        "the following arguments are required": ["a.svg", "-o", "out.svg"],
+    }
+    for message, arguments in cases.items():
+        line = refusal(capsys, *arguments)
+        assert any(part in line for part in message.split("|")), line
+
+
+def test_sequence(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "frames").mkdir()
+    for index, image in enumerate(draw_frames("2", "3", 3, side=32)):
+        save_image(f"frames/{index}.png", image)
+    assert vectorize_sequence.main(["frames", "-o", "out", "--refine-iterations", "5", *SHORT]) == 0
+    drawings = [livecl.read_svg(f"out/frame-{number:02}.svg") for number in (1, 2, 3)]
+    assert len({drawing.num_segments for drawing in drawings}) == 1
+    assert "out: 3 drawings of" in capsys.readouterr().err
+    assert vectorize_sequence.main(["frames/0.png", "frames/2.png", "-q", "-o", "out.svg", *SHORT]) == 0
+    assert "<animate " in (folder / "out.svg").read_text()
+    assert capsys.readouterr() == ("", "")
+
+
+def test_sequence_refusals(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "empty").mkdir()
+    save_image("other.png", np.ones((8, 8, 3)))
+    for message, frames in (
+        ("empty: holds no pictures", ["empty"]),
+        ("other.png: is of (8, 8) px, wanted (32, 40) as a.png", ["a.png", "other.png"]),
+        ("none.png: there is no such file", ["none.png"]),
+    ):
+        assert vectorize_sequence.main([*frames, "-o", "out.svg"]) == 2
+        assert message in capsys.readouterr().err
+
+
+def test_comparisons(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert compare_sequence.main(["23", "--frames", "2", "--side", "32", "-o", "rows.png", *SHORT]) == 0
+    assert "| 2 to 3 |" in capsys.readouterr().out
+    assert livecl.read_image("rows.png").shape == (3 * 32, 2 * 32 + 2, 3)
+    assert orderness.main(["a.svg", "b.png", "--paths", "2", "--frames", "3", "--repeats", "1", "-o", "rows.png"]) == 0
+    assert capsys.readouterr().out.count("\n") == 2 + len(orderness.ROWS)
+    assert livecl.read_image("rows.png").shape == (len(orderness.ROWS) * 16, 3 * 20 + 2 * 2, 3)
+    assert orderness.main(["a.svg", "none.png", "-o", "rows.png"]) == 2
+
+
+def test_orderness_measures() -> None:
+    a, b = build([([circle((16, 16), 4)], RED)], SIZE), build([([circle((22, 16), 8)], GREEN)], SIZE)
+    drawings = interpolate(a, b, [0, 0.5, 1])
+    stray, at_ends, between, moved, fill = orderness.measure(a, b, drawings)
+    # Areas of radii 4, 6 and 8: 36 in place of the mean of 16 and 64.
+    assert stray == pytest.approx(4 / 40)
+    assert (at_ends, between) == (0, 0)
+    assert moved > 6
+    assert fill == pytest.approx(np.abs(np.subtract(RED, GREEN))[:3].mean())
+
+
+def test_digits_are_pen_strokes() -> None:
+    for digit in DIGITS:
+        image = draw_frames(digit, "2" if digit != "2" else "3", 2, side=48)[0]
+        assert image.shape == (48, 48, 3)
+        assert {0.0, 1.0} <= set(np.unique(image))
+        # A stroke at least as long as the digit is high, and at most twice as long as the side, as wide as the pen.
+        assert 2 * PEN * HEIGHT < image.mean() < 2 * 2 * PEN

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Single steps of training: how far points and colours move, and what older paths keep."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from support.runs import SMALL, new_run, three_shapes
+
+from livecl import Options, vectorize
+from livecl.run.stages import Step
+
+
+def test_only_a_trained_background_changes(device: int) -> None:
+    # By 0.01 a step towards the picture's, which is darker in one channel only; nothing else pulls so early.
+    target = SMALL * np.array([0.5, 1.0, 1.0])
+    target[:, :, 1:] = 1.0
+    options = Options.paper(iterations=4, loss="mse")
+    for background, color in [("white", (1, 1, 1)), ("#ff8000", (1, 128 / 255, 0))]:
+        fixed = vectorize(target, 1, options=dataclasses.replace(options, background=background), device=device)
+        np.testing.assert_allclose(fixed.drawing.background, color, atol=1e-12)
+    trained = vectorize(target, 1, options=dataclasses.replace(options, background="train"), device=device)
+    np.testing.assert_allclose(trained.drawing.background, (0.96, 1, 1), atol=0.5 / 255 + 0.002)
+
+
+@pytest.mark.parametrize(("side", "full", "step"), [(24, 240, 0.1), (24, 24, 1), (24, 12, 1), (24, 0, 1)])
+def test_points_take_smaller_steps_on_a_small_canvas(side: int, full: float, step: float, device: int) -> None:
+    vectorizer = new_run(Options(full_rate_side=full), (2,), device, three_shapes(side))
+    vectorizer.begin()
+    before = vectorizer.state.drawing.points
+    vectorizer.step()  # Adam's first step is the rate, where there is a gradient
+    assert np.abs(vectorizer.state.drawing.points - before).max() == pytest.approx(step, rel=1e-3)
+
+
+def test_adam_moves_points_by_one_pixel_and_colors_by_a_hundredth(device: int) -> None:
+    run_ = new_run(Options.paper(iterations=10), (2,), device)
+    run_.begin()
+    before = run_.state.drawing
+    run_.step()
+    after = run_.state.drawing
+    moved, changed = np.abs(after.points - before.points), np.abs(after.colors - before.colors)
+    assert moved.max() == pytest.approx(1, abs=1e-3) and changed.max() == pytest.approx(0.01, abs=1e-5)
+    assert np.median(moved) == pytest.approx(1, abs=1e-3)  # Adam's first step is the sign of the gradient
+
+
+def test_moments_of_older_paths_survive_a_new_stage(device: int) -> None:
+    run_ = new_run(Options.paper(iterations=4), (1, 2), device)
+    run_.begin()
+    for _ in range(4):
+        run_.step()
+    run_.end()
+    mean, square = run_.state.points.mean.copy(), run_.state.points.square.copy()
+    assert np.abs(mean).max() > 0
+    run_.begin()
+    state = run_.state
+    assert np.array_equal(state.points.mean[:4], mean) and np.array_equal(state.points.square[:4], square)
+    assert not state.points.mean[4:].any() and not state.points.square[4:].any()
+    assert state.points.ages.tolist() == [4] * 4 + [0] * 8 and state.colors.ages.tolist() == [4, 0, 0]
+    run_.step()
+    assert state.points.ages.tolist() == [5] * 4 + [1] * 8
+
+
+def test_colors_stay_within_their_range(device: int) -> None:
+    options = Options.diffvg(iterations=40, color_learning_rate=0.3, background="train")
+
+    def on_step(step: Step) -> None:
+        assert step.drawing.colors.min() >= 0 and step.drawing.colors.max() <= 1
+
+    result = vectorize(SMALL, schedule=[4], options=options, device=device, on_step=on_step)
+    assert result.drawing.colors.min() == 0 or result.drawing.colors.max() == 1
+
+
+@pytest.mark.parametrize("opacity", ["snap", "train", "opaque"])
+def test_opacities(opacity: str, device: int) -> None:
+    options = Options.paper(iterations=30, opacity=opacity)
+    seen = []
+    vectorize(SMALL, 3, options=options, device=device, on_step=lambda step: seen.append(step.drawing.colors[:, 3]))
+    last, all_of_them = seen[-1], np.concatenate(seen)
+    assert np.all((all_of_them >= 0) & (all_of_them <= 1))
+    if opacity == "opaque":
+        assert np.all(all_of_them == 1)
+    else:
+        assert all_of_them.min() < 1
+        assert opacity != "snap" or not np.any((last > 0.9) & (last < 1))
+
+
+def test_learning_rates_fall_in_a_stage_and_with_the_age(device: int) -> None:
+    # A constant gradient makes Adam's steps as long as its learning rate; that of the background is one nearly, as the
+    # path lies off the canvas. Only points and colours of paths follow `settle` and `decay`, so the paths are watched.
+    options = Options.paper(iterations=8, settle=0.25, decay=0.5, loss="mse", xing_weight=0.0)
+    run_ = new_run(options, (1,), device)
+    run_.begin()
+    lengths = []
+    for _ in range(8):
+        before = run_.state.drawing.colors
+        mean, square, ages = (getattr(run_.state.colors, name).copy() for name in ("mean", "square", "ages"))
+        run_.step()
+        after = run_.state.colors
+        corrected = after.mean / (1 - 0.9 ** after.ages[:, None])
+        direction = corrected / (np.sqrt(after.square / (1 - 0.999 ** after.ages[:, None])) + 1e-8)
+        change = before - run_.state.drawing.colors
+        free = (run_.state.drawing.colors > 0) & (run_.state.drawing.colors < 1)
+        lengths.append(float(np.median((change / direction)[free])))
+        assert after.ages[0] == ages[0] + 1 and mean.shape == square.shape
+    progress = np.arange(8) / 8
+    settled = np.where(progress < 0.5, 1, 1 - 0.75 * (2 * progress - 1))
+    np.testing.assert_allclose(lengths, 0.01 * settled * (1 - 0.5 * np.arange(8) / 500), rtol=1e-6)

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The report's page as text: what it says of a drawing, what it escapes, that it needs nothing else."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import hashlib
+import html
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support import drawings
+from support.results import NASTY, result_of, sample, sample_drawing
+
+from livecl import Rasterizer, read_image
+from livecl.drawing.drawing import empty_drawing
+from livecl.image.background import target_over
+from livecl.layering.metrics import mse
+from livecl.run.result import Stage
+from livecl.views.report.markup import number, psnr
+from livecl.views.report.measures import differences, layer_facts, page_size
+from livecl.views.report.page import format_report, write_report
+from livecl.views.report.plot import error_plot
+
+VOID = {"meta", "img", "input", "br"}
+
+
+class Page(HTMLParser):
+    """Elements of a page, with their attributes; the text of each kind; and that what is opened is closed."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: dict[str, list[str]] = {}
+        self.open: list[str] = []
+        self.feed(page)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        assert len({name for name, _ in attrs}) == len(attrs)
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open:
+            self.texts.setdefault(self.open[-1], []).append(data)
+
+    def of(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.elements if name == tag]
+
+
+@pytest.mark.parametrize("background", [(0.9, 0.9, 0.8), None])
+def test_facts_of_layers(background: Any) -> None:
+    image, result = sample(background)
+    target = target_over(image, result.drawing.background)
+    rasterizer = Rasterizer(result.drawing.size)
+    facts = layer_facts(result.drawing, result.svg, target, rasterizer)
+    # The rectangle lies on top, on whole pixels.
+    assert facts[2].area == pytest.approx(130 * 30)
+    assert facts[2].area_share == pytest.approx(130 * 30 / (240 * 200))
+    whole = mse(rasterizer.forward(result.drawing), target)
+    for layer, fact in enumerate(facts):
+        without = result.drawing.layer_subset(np.delete(np.arange(3), layer))
+        # Float32 renders: each pixel's error has an absolute error of about eps, the mean's is no larger.
+        assert fact.removed == pytest.approx(mse(rasterizer.forward(without), target) - whole, abs=1e-6)
+    # What is seen of all layers is what they cover together: the alpha of the drawing without a background.
+    covered = rasterizer.forward(result.drawing.replace(background=None))[..., 3].sum()
+    assert sum(fact.area for fact in facts) == pytest.approx(covered, rel=1e-5)
+    paths = re.findall(r"<path .*/>", result.svg)
+    assert [fact.num_bytes for fact in facts] == [len(path) for path in paths]
+
+
+def test_bytes_of_a_layer_with_any_name() -> None:
+    image, result = sample(names=("a>b</path>", "é", ""))
+    facts = layer_facts(result.drawing, result.svg, image, Rasterizer(result.drawing.size))
+    outside = re.sub(r"<path\b.*/>", "", result.svg)
+    assert sum(fact.num_bytes for fact in facts) == len(result.svg.encode()) - len(outside.encode())
+
+
+def test_page_says_what_it_should() -> None:
+    image, result = sample()
+    page = format_report(image, result, command=["livecl", "my face.png", "-o", "x.svg"], name="my face.png")
+    parsed = Page(page)
+    assert parsed.texts["title"][:1] == ["my face.png"]
+    assert "3 layers · MSE" in page
+    assert "livecl &#x27;my face.png&#x27; -o x.svg" in page
+    assert "a device" in page
+    assert "5 (default: 200)" in page
+    facts = [row["data-facts"] or "" for row in parsed.of("tr") if "data-facts" in row]
+    assert len(facts) == 3
+    assert "#33b333 · visible 3900 px, 8.1 % · removes an error of" in facts[2]
+    assert "at 50.2 %" in facts[1]
+    stages = [link for link in parsed.of("a") if "data-difference" in link]
+    assert [link["href"] for link in stages] == ["#stage=1", "#stage=2"]
+    assert stages[0]["data-facts"] == f"1 path, MSE {result.stages[0].mse:.3g}"
+    assert all(picture.get("alt") for picture in parsed.of("img"))
+    labelled = {label.get("for") for label in parsed.of("label")}
+    assert "slider" in labelled
+    assert len({e["id"] for _, e in parsed.elements if "id" in e}) == sum("id" in e for _, e in parsed.elements)
+
+
+def test_page_needs_nothing_else(tmp_path: Path) -> None:
+    image, result = sample()
+    write_report(tmp_path / "r.html", image, result, name="x")
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    parsed = Page(page)
+    addresses = [e[name] or "" for _, e in parsed.elements for name in ("src", "href", "data-difference") if name in e]
+    assert addresses
+    assert all(address.startswith(("data:image/png;base64,", "#")) for address in addresses)
+    assert {tag for tag, _ in parsed.elements}.isdisjoint({"link", "iframe", "object", "base"})
+    assert not any(name.startswith("on") for _, e in parsed.elements for name in e)
+    (policy,) = [meta["content"] or "" for meta in parsed.of("meta") if "http-equiv" in meta]
+    for tag in ("script", "style"):
+        digest = base64.b64encode(hashlib.sha256("".join(parsed.texts[tag]).encode()).digest()).decode()
+        assert f"{tag}-src 'sha256-{digest}'" in policy
+    assert "default-src 'none'" in policy
+
+
+def test_same_result_same_bytes() -> None:
+    image, result = sample()
+    assert format_report(image, result, name="x") == format_report(image, result, name="x")
+
+
+def test_names_are_escaped() -> None:
+    image, result = sample(names=(NASTY, "", ""))
+    parsed = Page(format_report(image, result, command=NASTY, name=NASTY))
+    assert len(parsed.of("script")) == 1
+    assert len(parsed.of("img")) == 2
+    assert parsed.texts["title"][:1] == [NASTY]
+    assert NASTY in parsed.texts["code"]
+    assert parsed.texts["button"][1].startswith("</script><script>window.hacked")
+    assert NASTY in (parsed.of("img")[0]["alt"] or "")
+
+
+def test_drawing_is_the_saved_one() -> None:
+    image, result = sample()
+    page = format_report(image, result)
+    drawing = re.search(r'<svg [^>]*id="drawing".*?</svg>', page, re.DOTALL)
+    assert drawing is not None
+    paths = re.findall(r' d="([^"]*)"', drawing[0])
+    assert len(paths) == 3
+    numbers = [float(number) for path in paths for number in re.findall(r"-?[\d.]+", path)]
+    segments = np.diff(result.drawing.subpath_offsets)
+    assert len(numbers) == 2 * np.sum(3 * segments + 1)
+    first = [*result.drawing.points[:4].ravel(), *result.drawing.points[0, 0]]
+    np.testing.assert_array_equal(numbers[: len(first)], first)
+
+
+def test_transparent_pictures() -> None:
+    image, result = sample(None)
+    assert image.shape[2] == 4
+    page = format_report(image, result)
+    assert re.search(r'class="pictures [^"]*clear', page)
+    parsed = Page(page)
+    target = read_image(base64.b64decode((parsed.of("img")[0]["src"] or "").split(",")[1]))
+    np.testing.assert_allclose(target, image, atol=0.5 / 255 + 1e-6)  # rounded to 8 bits
+    assert "ground" not in {e.get("class") for e in parsed.of("rect")}
+
+
+def test_without_layers_and_without_stages() -> None:
+    image = np.full((8, 9, 3), 0.5)
+    result = result_of(empty_drawing((8, 9)), image)
+    page = format_report(image, result)
+    assert "The drawing has no layers." in page
+    assert re.search(r'class="pictures [^"]*tiny', page)
+    Page(page)
+    Page(format_report(image, dataclasses.replace(result, stages=())))
+
+
+def test_large_pictures_are_reduced() -> None:
+    drawing = drawings.build([([drawings.rectangle(100, 100, 700, 500)], (1.0, 0.0, 0.0, 1.0))], (600, 1024))
+    assert page_size(drawing) == (300, 512)
+    image = Rasterizer(drawing.size).forward(drawing)
+    parsed = Page(format_report(image, result_of(drawing, image)))
+    assert (parsed.of("img")[0]["width"], parsed.of("img")[0]["height"]) == ("512", "300")
+    (facts,) = [row["data-facts"] or "" for row in parsed.of("tr") if "data-facts" in row]
+    assert "visible 240000 px, 39.1 %" in facts
+    many = drawing.layer_subset(np.zeros(2000, int))
+    height, width = page_size(many)
+    assert height * width * 2000 <= 1 << 26
+
+
+def test_difference_is_amplified_by_a_power_of_two() -> None:
+    error = np.zeros((10, 10, 3), np.float32)
+    addresses, gain = differences([error])
+    assert gain == 64
+    error[:5] = 0.2
+    addresses, gain = differences([2 * error, error])
+    assert gain == 4
+    shown = [read_image(base64.b64decode(address.split(",")[1])) for address in addresses]
+    assert [picture[0, 0, 3] for picture in shown] == pytest.approx([1, 0.8], abs=0.5 / 255 + 1e-6)
+    assert [picture[9, 9, 3] for picture in shown] == [0, 0]
+
+
+def test_picture_of_another_size() -> None:
+    image, result = sample()
+    with pytest.raises(ValueError, match=r"image: .* wanted the drawing's"):
+        format_report(image[1:], result)
+
+
+@pytest.mark.parametrize("errors", [(0.1, 0.02, 0.0003), (0.1, 0.0), (0.5,), (0.0,), (3e-6, 2.9e-6), (0.1, 0.1)])
+def test_plot_stays_in_its_frame(errors: tuple[float, ...]) -> None:
+    drawing = sample_drawing()
+    stages = [Stage(drawing.layer_subset(np.arange(1 + i)), error, 1, 0.1) for i, error in enumerate(errors)]
+    plot = error_plot(stages)
+    places = np.array([[float(number) for number in found] for found in re.findall(r'cx="(.*?)" cy="(.*?)"', plot)])
+    assert len(places) == len(errors)
+    assert np.all(places >= 0)
+    assert np.all(places <= (544, 230))
+    assert np.all(np.diff(places[:, 0]) > 0)
+    falls = np.diff(places[:, 1])
+    assert np.all(falls[np.diff(errors) < 0] > 0)  # y runs down
+    ticks = re.findall(r'text-anchor="end">(.*?)<', plot)
+    assert len(ticks) >= 2
+    assert html.unescape(plot).count("<svg") == 1
+
+
+def test_figures() -> None:
+    assert [number(value, 3) for value in (1.0, -0.0001, 100.0, 2.34567)] == ["1", "0", "100", "2.346"]
+    assert number(100.0, 0) == "100"
+    assert (psnr(0.01), psnr(0.0)) == ("20.0", "∞")
