@@ -17,6 +17,7 @@ import pyopencl as cl
 from livecl.errors import KernelBuildError
 from livecl.opencl.caches import pocl_cache, pyopencl_cache
 from livecl.opencl.device import OpenDevice
+from livecl.opencl.processor import is_unknown_processor, name_processor
 
 #: Sources of the program, in the order of the pipeline.
 SOURCES = ("flatten.cl", "coverage.cl", "composite.cl", "reduce.cl", "distance.cl", "joint.cl")
@@ -96,8 +97,7 @@ def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> An
             options = build_options(dtype, channels)
             what = f"building with {' '.join(options)} on {opened.info}"
             try:
-                with pyopencl_cache():
-                    built = cl.Program(opened.context, program_source()).build(options)
+                built = _compile(opened, options)
             except cl.Error as error:
                 log = str(error)
                 raise KernelBuildError(f"{what} failed: {_first_error(log)}", log) from error
@@ -107,6 +107,17 @@ def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> An
                 )
             _built[key] = built
     return _built[key]
+
+
+def _compile(opened: OpenDevice, options: list[str]) -> Any:
+    """Compile the sources; once more with a known processor's name where PoCL's compiler does not know this one."""
+    with pyopencl_cache():
+        try:
+            return cl.Program(opened.context, program_source()).build(options)
+        except cl.Error as error:
+            if not (is_unknown_processor(str(error)) and name_processor(opened.device)):
+                raise
+            return cl.Program(opened.context, program_source()).build(options)
 
 
 def _first_error(log: str) -> str:
