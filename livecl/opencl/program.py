@@ -9,6 +9,7 @@ import pathlib
 import re
 import sqlite3
 import threading
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -97,7 +98,7 @@ def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> An
             options = build_options(dtype, channels)
             what = f"building with {' '.join(options)} on {opened.info}"
             try:
-                built = _compile(opened, options)
+                built = compile_source(opened, program_source(), options)
             except cl.Error as error:
                 log = str(error)
                 raise KernelBuildError(f"{what} failed: {_first_error(log)}", log) from error
@@ -109,15 +110,15 @@ def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> An
     return _built[key]
 
 
-def _compile(opened: OpenDevice, options: list[str]) -> Any:
-    """Compile the sources; once more with a known processor's name where PoCL's compiler does not know this one."""
+def compile_source(opened: OpenDevice, source: str, options: Sequence[str] = ()) -> Any:
+    """Compile a source; once more with a known processor's name where PoCL's compiler does not know this one."""
     with pyopencl_cache():
         try:
-            return cl.Program(opened.context, program_source()).build(options)
+            return cl.Program(opened.context, source).build(list(options))
         except cl.Error as error:
             if not (is_unknown_processor(str(error)) and name_processor(opened.device)):
                 raise
-            return cl.Program(opened.context, program_source()).build(options)
+            return cl.Program(opened.context, source).build(list(options))
 
 
 def _first_error(log: str) -> str:

@@ -289,7 +289,7 @@ def test_a_signal_while_the_picture_is_read(
 
 def test_two_signals_in_the_run_end_it_at_once(folder: Path) -> None:
     script = (
-        "import signal, sys\nfrom livecl import cli, loop\n"
+        "import signal, sys\nfrom livecl.cli import command as cli\nfrom livecl.run import loop\n"
         "def step(*_):\n    signal.raise_signal(signal.SIGINT)\n    signal.raise_signal(signal.SIGINT)\n"
         "loop.Vectorizer.step = step\nsys.exit(cli.main(sys.argv[1:]))\n"
     )

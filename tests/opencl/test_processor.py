@@ -85,7 +85,7 @@ def test_compiled_again_once_it_has_a_name(device, monkeypatch):
     monkeypatch.setattr(program.cl, "Program", lambda *_: types.SimpleNamespace(build=lambda o: build(None, o)))
     monkeypatch.setattr(program, "name_processor", lambda d: named.append(d) or True)
     options = program.build_options(np.dtype(np.float32), 3)
-    assert program._compile(opened, options) == "built"
+    assert program.compile_source(opened, "source", options) == "built"
     assert built == [options, options] and named == [opened.device]
 
 
@@ -97,4 +97,4 @@ def test_other_failures_are_raised(device, monkeypatch, message, is_named):
     monkeypatch.setattr(program.cl, "Program", lambda *_: types.SimpleNamespace(build=build))
     monkeypatch.setattr(program, "name_processor", lambda _: is_named)
     with pytest.raises(cl.RuntimeError, match="error:"):
-        program._compile(open_device(device), [])
+        program.compile_source(open_device(device), "source")

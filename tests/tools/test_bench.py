@@ -157,7 +157,7 @@ def test_own_times_of_nested_steps_add_up() -> None:
 
 
 def test_wrapping_is_undone_and_tells_what_is_missing() -> None:
-    import livecl.losses
+    import livecl.training.xing
 
     before = livecl.training.xing.xing_loss
     clock = breakdown.Clock()

@@ -15,6 +15,7 @@ import numpy as np
 import pyopencl as cl
 
 from livecl.opencl.device import OpenDevice
+from livecl.opencl.program import compile_source
 
 #: Sums of which none waits for another. Two leave the units idle most of the time, as the program's own kernels do;
 #: eight keep them busy: the peak, from which the floor is reckoned.
@@ -70,7 +71,7 @@ class MultiplyAdd:
         self._num_items = _ITEMS[opened.is_cpu] * opened.device.max_compute_units
         out = cl.Buffer(opened.context, cl.mem_flags.WRITE_ONLY, self._num_items * _VECTOR_BYTES)
         self._opened = opened
-        self._kernel = cl.Kernel(_program(opened.context), f"multiply_add_{sums}")
+        self._kernel = cl.Kernel(_program(opened), f"multiply_add_{sums}")
         self._kernel.set_args(np.int32(_ROUNDS), factors, out)
         self._buffers = factors, out  # kernels do not keep their arguments alive
         self._operations = 2 * sums * _LANES * _ROUNDS * self._num_items
@@ -86,8 +87,8 @@ class MultiplyAdd:
 
 
 @functools.cache
-def _program(context: Any) -> Any:
-    return cl.Program(context, _source()).build()
+def _program(opened: OpenDevice) -> Any:
+    return compile_source(opened, _source())
 
 
 def _seconds(opened: OpenDevice, kernel: Any, num_items: int) -> float:
@@ -108,7 +109,7 @@ def copy_rate(opened: OpenDevice, num_bytes: int) -> float:
     """
     source, target = (cl.Buffer(opened.context, cl.mem_flags.READ_WRITE, num_bytes) for _ in range(2))
     cl.enqueue_copy(opened.queue, source, np.ones(num_bytes // 4, np.float32))
-    kernel = cl.Kernel(_program(opened.context), "copy")
+    kernel = cl.Kernel(_program(opened), "copy")
     rounds = max(1, COPY_BYTES[-2] // num_bytes) if opened.is_cpu else 1
     kernel.set_args(np.int32(rounds), source, target)
 
