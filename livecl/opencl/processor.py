@@ -26,8 +26,8 @@ LEVELS = (
     ("x86-64-v2", ("ssse3", "sse4_1", "sse4_2", "popcnt", "cx16")),
     ("x86-64-v3", ("avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe")),
 )
-#: Bytes of PoCL's record of a device that are searched.
-RECORD_BYTES = 4096
+#: Bytes of PoCL's record of a device that are searched: PoCL 3.0 has the name at byte 640, other memory follows soon.
+RECORD_BYTES = 1024
 
 _log = logging.getLogger(__name__)
 
