@@ -153,9 +153,10 @@ def test_a_disk_that_fills_up_while_the_run_is_under_way(small_disk: Path, tmp_p
     command = ["in.png", *COMMAND[3:], "-q"]
     assert ended(start(tmp_path, *command, "-o", str(whole)))[0] == 0
     out.write_text("old")
-    fill = "import os, sys; from livecl import cli, loop\nbegin = loop.Vectorizer.begin\ndef full(*arguments):\n"
+    fill = "import os, sys; from livecl import cli; from livecl.run.stages import Vectorizer\n"
+    fill += "begin = Vectorizer.begin\ndef full(*arguments):\n"
     fill += f"    open({str(small_disk / 'filling')!r}, 'wb', buffering=0).write(bytes(1 << 20))\n"
-    fill += "    return begin(*arguments)\nloop.Vectorizer.begin = full\nsys.exit(cli.main(sys.argv[1:]))\n"
+    fill += "    return begin(*arguments)\nVectorizer.begin = full\nsys.exit(cli.main(sys.argv[1:]))\n"
     process = subprocess.run(
         [sys.executable, "-c", fill, *command, "-o", str(out), *SAVED],
         cwd=tmp_path,

@@ -7,7 +7,6 @@ import os
 import shutil
 import subprocess
 import sys
-import sysconfig
 import venv
 import zipfile
 from pathlib import Path
@@ -90,9 +89,10 @@ def test_wheel_holds_the_sources_and_nothing_else(checkout: Path, tmp_path: Path
         names = archive.namelist()
         metadata = archive.read(f"livecl-{livecl.__version__}.dist-info/METADATA").decode()
     package = sorted(name for name in names if ".dist-info/" not in name)
-    modules = [f"livecl/{file.name}" for file in (ROOT / "livecl").iterdir() if file.suffix == ".py"]
-    data = [f"livecl/{name}" for name in ("py.typed", "report.html", "report.css", "report.js")]
-    assert package == sorted([*modules, *data, *(f"livecl/kernels/{name}" for name in kernel_names())])
+    sources = [file for file in (ROOT / "livecl").rglob("*") if file.is_file() and file.suffix != ".pyc"]
+    assert {file.suffix for file in sources} == {".py", ".pyi", ".typed", ".html", ".css", ".js"}
+    kernels = [f"livecl/kernels/{name}" for name in kernel_names()]
+    assert package == sorted([*(file.relative_to(ROOT).as_posix() for file in sources), *kernels])
     assert any(name.endswith("/LICENSE") for name in names)
     assert "Requires-Dist: pyopencl[pocl]" in metadata
     assert "Requires-Python: >=3.10" in metadata
@@ -110,7 +110,7 @@ def test_installation(checkout: Path, tmp_path: Path, editable: bool) -> None:
     venv.create(environment, symlinks=True, with_pip=True)
     (site,) = environment.glob("lib/python*/site-packages")
     # The dependencies, without network: the packages of this environment come after the new one's own.
-    (site / "dependencies.pth").write_text("\n".join({sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}))
+    (site / "dependencies.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
     scripts = environment / "bin"
     options = ["--quiet", "--no-deps", "--no-index", "--no-build-isolation", *(["--editable"] if editable else [])]
     run(scripts / "python", "-m", "pip", "install", *options, checkout, cwd=tmp_path)
