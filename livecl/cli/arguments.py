@@ -176,8 +176,8 @@ def _add_drawing(add: Adder) -> None:
         type=_size,
         default=DEFAULT_SIZE,
         metavar="N",
-        help="work on larger pictures at N px on the longer side, or full; the SVG keeps the picture's own coordinates "
-        f"(default: {DEFAULT_SIZE})",
+        help="reduce larger pictures to the area of N x N px, or full; the SVG keeps the picture's own "
+        f"coordinates (default: {DEFAULT_SIZE})",
     )
     add("--precision", type=int, choices=range(10), default=3, metavar="N", help="decimals of coordinates (default: 3)")
     add(

@@ -16,7 +16,7 @@ from livecl.cli.progress import RunProgress
 from livecl.cli.request import Job
 from livecl.errors import LiveclError
 from livecl.files import remove_leftovers, write_atomically
-from livecl.image.resizing import working_size
+from livecl.image.resizing import DETAIL_IS_LOST, detail_lost, working_size
 from livecl.run.checkpoint import discard_checkpoint
 from livecl.run.result import Result, RunError
 
@@ -66,6 +66,8 @@ def _announce(job: Job) -> None:
             f"{job.name}: {width}x{height} px, worked on at {smaller[1]}x{smaller[0]} px "
             f"(--size full works on all pixels)"
         )
+        if detail_lost(job.image, smaller) > DETAIL_IS_LOST:
+            say(f"{job.name}: fine detail, as small print, is lost at that size; a larger --size keeps it")
     if line := beginning(job.control):
         say(line)
     elif job.control.resume and any(kind.shows_course for kind, _ in job.outputs):

@@ -7,6 +7,7 @@ drawing is scaled back.
 
 from __future__ import annotations
 
+import math
 import reprlib
 
 import numpy as np
@@ -14,31 +15,37 @@ from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing.drawing import MAX_COORDINATE, Drawing
 
-#: Longer side, px, that larger pictures are reduced to where nothing else is asked for.
+#: Side, px, of the square whose area larger pictures are reduced to where nothing else is asked for.
 DEFAULT_SIZE = 512
+#: Squared error from which on a reduced picture has lost what people look for. Photographs at a half to a quarter of
+#: their size lose 0.001 to 0.0035, small print that is no longer readable 0.007 to 0.013.
+DETAIL_IS_LOST = 5e-3
 
 
-def working_size(size: tuple[int, int], longest: int) -> tuple[int, int]:
+def working_size(size: tuple[int, int], side: int) -> tuple[int, int]:
     """Return the height and width, px, that a picture is worked on at.
 
     Parameters
     ----------
     size : (int, int)
         Height and width of the picture, px.
-    longest : int
-        Longer side that a larger picture is reduced to, px; smaller ones stay as they are. 0 for no limit.
+    side : int
+        Larger pictures are reduced to about as many pixels as a square of this side, px, has; smaller ones stay as they
+        are, and so do long and narrow ones, of which a limit on the longer side would leave nothing. 0 for no limit.
 
     >>> working_size((1500, 2000), 512)
-    (384, 512)
+    (443, 591)
+    >>> working_size((60, 1600), 512)
+    (60, 1600)
     >>> working_size((240, 240), 512)
     (240, 240)
     """
-    if isinstance(longest, bool) or not isinstance(longest, int) or longest < 0:
-        raise ValueError(f"size: got {reprlib.repr(longest)}, wanted a whole number of pixels, or 0 for all pixels")
+    if isinstance(side, bool) or not isinstance(side, int) or side < 0:
+        raise ValueError(f"size: got {reprlib.repr(side)}, wanted a whole number of pixels, or 0 for all pixels")
     height, width = size
-    if not longest or max(size) <= longest:
+    if not side or height * width <= side**2:
         return height, width
-    scale = longest / max(size)
+    scale = side / math.sqrt(height * width)
     return max(1, round(height * scale)), max(1, round(width * scale))
 
 
@@ -69,6 +76,16 @@ def reduced(image: ArrayLike, size: tuple[int, int]) -> NDArray[np.float32]:
         means = resize_local_mean(np.concatenate([alpha * pixels[..., :3], alpha], axis=2), size, channel_axis=-1)
         means[..., :3] /= np.maximum(means[..., 3:], np.finfo(np.float32).tiny)
     return np.clip(means, 0, 1).astype(np.float32)  # means of many float32 numbers may exceed 1 by rounding
+
+
+def detail_lost(image: NDArray[np.float32], size: tuple[int, int]) -> float:
+    """Mean squared error of a picture against itself reduced to `size` and enlarged again (bilinear)."""
+    if image.shape[:2] == tuple(size):
+        return 0.0
+    from skimage.transform import resize
+
+    enlarged = resize(reduced(image, size), image.shape[:2], order=1)
+    return float(np.mean(np.square(enlarged - image, dtype=np.float64)))
 
 
 def scaled(drawing: Drawing, size: tuple[int, int]) -> Drawing:

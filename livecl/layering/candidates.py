@@ -105,7 +105,7 @@ def region_candidates(
     layer of a picture is never left out. `check` is called before each region that is tried; what it raises ends the
     search.
     """
-    finder = RegionFinder(painting.target.astype(np.float64), painting.image.astype(np.float64))
+    finder = RegionFinder(painting.target.astype(np.float64), painting.image.astype(np.float64), check)
     judge = _Judge(painting, options, rng, rasterizer, check)
     found = []
     least = WORTH_TRAINING * options.prune * 3 * painting.target[..., 0].size

@@ -8,7 +8,7 @@ degrees of coarseness, and are ranked by the squared error that painting them in
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -62,19 +62,21 @@ class RegionFinder:
     ----------
     target, image : (H, W, C) float64
         What is wanted, and what is rendered so far: RGB, or premultiplied RGBA.
+    check : callable
+        Called after each partition; what it raises ends the search.
     """
 
-    def __init__(self, target: FloatArray, image: FloatArray) -> None:
+    def __init__(self, target: FloatArray, image: FloatArray, check: Callable[[], None] = lambda: None) -> None:
         from scipy.ndimage import gaussian_filter
 
         self._target = target
-        partitions = []
+        self._check = check
+        self._segmentations = []
         for blur, levels in TARGET_LEVELS:
             smooth = gaussian_filter(target, (blur, blur, 0)) if blur else target
-            partitions.append(_connected(np.minimum(np.floor(smooth * levels), levels - 1)))
+            self._segmentations.append(self._measure(np.minimum(np.floor(smooth * levels), levels - 1)))
         for levels in DIFFERENCE_LEVELS if target.shape[2] == 3 else TRANSPARENT_LEVELS:
-            partitions.append(_connected(np.round((target - image) * levels)))
-        self._segmentations = [self._measure(labels) for labels in partitions]
+            self._segmentations.append(self._measure(np.round((target - image) * levels)))
 
     def best(self, error: FloatArray, count: int) -> Iterator[Region]:
         """Yield up to `count` regions that would remove most of the squared error (H, W), the best first.
@@ -84,6 +86,7 @@ class RegionFinder:
         found: list[tuple[float, int, int]] = []
         seen: set[tuple[int, int]] = set()
         for number, segmentation in enumerate(self._segmentations):
+            self._check()
             gain = np.bincount(segmentation.labels.ravel(), error.ravel(), len(segmentation.area)) - segmentation.within
             gain[segmentation.area < SMALLEST] = 0.0
             found += [(-gain[k], number, int(k)) for k in np.argsort(-gain, kind="stable")[:count] if gain[k] > 0]
@@ -97,7 +100,10 @@ class RegionFinder:
             alike = np.abs(segmentation.mean - color).max(axis=1) <= SAME_COLOR
             yield Region(segmentation.labels == k, alike[segmentation.labels], color, -negative_gain)
 
-    def _measure(self, labels: NDArray[Any]) -> _Segmentation:
+    def _measure(self, levels: FloatArray) -> _Segmentation:
+        self._check()
+        labels = _connected(levels)
+        self._check()
         flat, count = labels.ravel(), int(labels.max()) + 1
         area = np.bincount(flat, minlength=count).astype(np.float64)
         sums = np.stack(

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.options import Options
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
     from livecl.run.control import Control
     from livecl.run.result import Result, Stage
-    from livecl.run.stages import Step
+    from livecl.run.stages import Picture, Step
 
 #: How layers and stages are written.
 LAYER_STYLES = get_args(LayerStyle)
@@ -51,8 +50,8 @@ class Recipe:
     seed : int
         Seed of whatever is random.
     size : int
-        Longer side, px, that larger pictures are reduced to for the work; 0 to work on all pixels. The drawing has the
-        picture's own coordinates all the same.
+        Larger pictures are reduced to as many pixels as a square of this side, px, has; 0 to work on all pixels. The
+        drawing has the picture's own coordinates all the same.
     precision : int
         Decimals kept of coordinates, px of the picture.
     layers : "inkscape" or "plain"
@@ -87,6 +86,8 @@ class Recipe:
             raise ValueError(f"precision: got {reprlib.repr(self.precision)}, wanted 0 to {MAX_PRECISION} decimals")
         if self.layers not in LAYER_STYLES:
             raise ValueError(f"layers: got {reprlib.repr(self.layers)}, wanted {' or '.join(map(repr, LAYER_STYLES))}")
+        if self.start is None and len(self.lock):
+            raise ValueError("lock: layers of what? give the drawing that they belong to as start")
         num_layers = 0 if self.start is None else self.start.num_layers
         if not isinstance(self.lock, Iterable) or any(layer not in range(num_layers) for layer in self.lock):
             raise ValueError(
@@ -140,7 +141,7 @@ class Recipe:
 
     def vectorize(
         self,
-        image: ArrayLike,
+        image: Picture,
         device: int | str | None = None,
         on_step: Callable[[Step], bool | None] | None = None,
         control: Control | None = None,
@@ -158,14 +159,14 @@ class Recipe:
         from livecl.layering.metrics import mse
         from livecl.rendering.rasterizer import render
         from livecl.run.result import RunError
-        from livecl.run.vectorization import vectorize
+        from livecl.run.vectorization import vectorize_pixels
 
         pixels = as_image(image)
         size = (pixels.shape[0], pixels.shape[1])
         smaller = working_size(size, self.size)
         target, start = reduced(pixels, smaller), self.start_on(size)
         run = functools.partial(
-            vectorize,
+            vectorize_pixels,
             target,
             paths=self.paths,
             schedule=self.schedule,
@@ -202,6 +203,78 @@ class Recipe:
     def svg(self, drawing: Drawing) -> str:
         """Return a drawing as SVG text, as the recipe says."""
         return format_svg(drawing, self.precision, self.layers)
+
+
+def vectorize(
+    image: Picture,
+    paths: int | Literal["auto"] | None = None,
+    schedule: str | Sequence[int] | None = None,
+    options: Options | None = None,
+    device: int | str | None = None,
+    seed: int = 0,
+    on_step: Callable[[Step], bool | None] | None = None,
+    start: Drawing | None = None,
+    lock: Sequence[int] = (),
+    control: Control | None = None,
+    size: int = DEFAULT_SIZE,
+) -> Result:
+    """Turn a picture into a drawing of few closed paths, layer by layer.
+
+    Parameters
+    ----------
+    image : array_like, path, bytes, binary file or PIL.Image.Image
+        Target, see :func:`livecl.image.as_image`. Where it has alpha, the drawing has no background and is to have the
+        picture's colour and alpha, unless `Options.background` says otherwise.
+    paths : int or "auto", optional
+        Number of paths, at most; 8 where neither this nor a list of stages is given, none beside those of `start`.
+        "auto" goes on as long as further paths gain enough (`Options.path_gain`).
+    schedule : "exp" or sequence of int, optional
+        Paths that each stage adds, see :func:`livecl.schedule.parse_schedule`.
+    options : Options, optional
+        Parameters of the method.
+    device : int, str or None
+        OpenCL device, see :func:`livecl.opencl.device.choose_device`.
+    seed : int
+        Seed of whatever is random.
+    on_step : callable, optional
+        Called with a :class:`Step` after each iteration; where it returns true the run stops there.
+    start : Drawing, optional
+        Drawing to start from, stretched to the picture's canvas: a first stage refines it, then the paths asked for are
+        added. The result is never worse than it.
+    lock : sequence of int
+        Layers of `start` that stay as they are.
+    control : Control, optional
+        A time limit, and checkpoints to go on from.
+    size : int
+        Larger pictures are reduced to as many pixels as a square of this side, px, has; 0 to work on all pixels. The
+        drawing has the picture's own coordinates all the same.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    ValueError
+        If an argument is not usable; the message names it.
+    DeviceError, KernelBuildError
+        If the device cannot be had.
+    CheckpointError
+        If the run cannot go on from the checkpoint that `control` names.
+    RunError
+        If the run fails when it is under way: the loss stops being finite, the device fails or memory runs out. What
+        was good before is in its `result`.
+    """
+    recipe = Recipe(
+        paths=paths,
+        schedule=schedule,
+        options=Options() if options is None else options,
+        seed=seed,
+        size=size,
+        start=start,
+        lock=lock,
+    )
+    return recipe.vectorize(image, device, on_step, control)
 
 
 def _enlarged(drawing: Drawing, size: tuple[int, int], start: Drawing | None, lock: Sequence[int]) -> Drawing:

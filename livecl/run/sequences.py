@@ -17,7 +17,7 @@ from livecl.interpolation.blending import collapsed
 from livecl.options import Options
 from livecl.run.result import Result
 from livecl.run.stages import Picture
-from livecl.run.vectorization import vectorize
+from livecl.run.vectorization import vectorize_pixels
 
 #: Share of the learning rate of points that is left where they start near their places: they slide along outlines less,
 #: and end at lower errors.
@@ -114,12 +114,12 @@ def vectorize_sequence(
                 raise ValueError(f"images: {index} is of {target.shape[:2]} px, wanted {before.size} as 0 has")
             if before.background is None:
                 refining = dataclasses.replace(refining, background=NONE)
-            result = vectorize(target, options=refining, device=device, seed=seed, start=before)
+            result = vectorize_pixels(target, options=refining, device=device, seed=seed, start=before)
             first_mse = results[0].mse
             if add_paths and result.mse >= max(POOR_RATIO * first_mse, first_mse + POOR_RISE):
                 result = _with_paths_added(result, target, str(add_paths), refining, options.prune, device, seed)
         else:
-            result = vectorize(
+            result = vectorize_pixels(
                 target, paths=paths, schedule=schedule, options=options, device=device, seed=seed, start=start
             )
             if not result.drawing.num_layers:
@@ -162,7 +162,9 @@ def _with_paths_added(
 ) -> Result:
     """Add paths, of which those worth less than `prune` are dropped again; return the result, or the one before."""
     options = dataclasses.replace(options, prune=prune)
-    added = vectorize(target, schedule=schedule, options=options, device=device, seed=seed, start=refined.drawing)
+    added = vectorize_pixels(
+        target, schedule=schedule, options=options, device=device, seed=seed, start=refined.drawing
+    )
     kept = added if added.mse <= GOOD_RATIO * refined.mse else refined
     return dataclasses.replace(kept, seconds=refined.seconds + added.seconds)
 

@@ -12,11 +12,13 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livecl.drawing.drawing import Drawing, concatenate
+from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
+from livecl.geometry.outlines import circle
 from livecl.image.alpha import mse_seen
 from livecl.image.background import TRAIN, WHITE, target_over
 from livecl.image.reading import as_image
+from livecl.layering.candidates import layers_of
 from livecl.layering.merging import merge_neighbors
 from livecl.layering.placement import place_paths
 from livecl.layering.pruning import least_useful, needed_layers
@@ -110,9 +112,10 @@ class Vectorizer:
 
     def warm_up(self) -> None:
         """Have the device compile what a step needs: runtimes compile a kernel when it is first launched."""
-        drawing, options, rng = self.state.drawing, self.state.options, np.random.default_rng(0)
-        new = place_paths(self.target, drawing, 1, options, rng, self.rasterizer).drawing
-        self.objective.warm_up(concatenate(drawing, new), self.state)
+        height, width = self.rasterizer.size
+        disc = layers_of([[circle((width / 2, height / 2), min(height, width) / 4, 4)]], self.rasterizer.size)
+        self.rasterizer.coverages(disc)
+        self.objective.warm_up(disc.replace(background=self.state.drawing.background), self.state)
 
     @property
     def finished(self) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a picture to a drawing in one call: checks what is asked for, runs all stages, and returns the result."""
+"""Vectorization of all pixels of a picture: checks of the arguments, the run of all stages, the result."""
 
 from __future__ import annotations
 
@@ -14,19 +14,18 @@ from numpy.typing import NDArray
 from livecl.drawing.drawing import Drawing, empty_drawing
 from livecl.errors import LiveclError
 from livecl.image.background import background_for
-from livecl.image.reading import as_image
 from livecl.options import Options
 from livecl.run.checkpoint import Checkpoints, Record, identity_of, load_checkpoint
 from livecl.run.control import Control, Watch
 from livecl.run.loop import Loop
 from livecl.run.result import Result, RunError, Stage
-from livecl.run.stages import Picture, Step, Vectorizer
+from livecl.run.stages import Step, Vectorizer
 from livecl.schedule import parse_schedule
 from livecl.training.state import State
 
 
-def vectorize(
-    image: Picture,
+def vectorize_pixels(
+    image: NDArray[np.float32],
     paths: int | Literal["auto"] | None = None,
     schedule: str | Sequence[int] | None = None,
     options: Options | None = None,
@@ -37,13 +36,12 @@ def vectorize(
     lock: Sequence[int] = (),
     control: Control | None = None,
 ) -> Result:
-    """Turn a picture into a drawing of few closed paths, layer by layer.
+    """Vectorize a picture at its full size, as :func:`livecl.vectorize` does at its working size.
 
     Parameters
     ----------
-    image : array_like, path, bytes, binary file or PIL.Image.Image
-        Target, see :func:`livecl.image.as_image`. Where it has alpha, the drawing has no background and is to have the
-        picture's colour and alpha, unless `Options.background` says otherwise.
+    image : (H, W, 3) or (H, W, 4) float32
+        Straight RGB or RGBA in [0, 1].
     paths : int or "auto", optional
         Number of paths, at most; 8 where neither this nor a list of stages is given, none beside those of `start`.
         "auto" goes on as long as further paths gain enough (`Options.path_gain`).
@@ -89,7 +87,7 @@ def vectorize(
     begin = time.perf_counter()
     control = Control() if control is None else control
     watch = Watch(control)
-    state = _first_state(as_image(image), paths, schedule, options, seed, start, lock)
+    state = _first_state(image, paths, schedule, options, seed, start, lock)
     vectorizer = Vectorizer(image, state, device)
     info = vectorizer.rasterizer.device.info
     identity = identity_of(state, vectorizer.target, seed, info)

@@ -329,7 +329,7 @@ def test_failure_while_working(
     def vectorize(*_: Any, **__: Any) -> None:
         raise error
 
-    monkeypatch.setattr("livecl.run.vectorization.vectorize", vectorize)
+    monkeypatch.setattr("livecl.run.vectorization.vectorize_pixels", vectorize)
     Path("out.svg").write_text("old")
     assert cli.main(["in.png", "-o", "out.svg"]) == code
     captured = capsys.readouterr()

@@ -10,32 +10,42 @@ from support import drawings
 import livecl
 from livecl.drawing.drawing import MAX_COORDINATE, Drawing
 from livecl.image.reading import premultiplied
-from livecl.image.resizing import reduced, scaled, working_size
+from livecl.image.resizing import DETAIL_IS_LOST, detail_lost, reduced, scaled, working_size
 
 RNG = np.random.default_rng(3)
 
 
 @pytest.mark.parametrize(
-    ("size", "longest", "expected"),
+    ("size", "side", "expected"),
     [
-        ((1500, 2000), 512, (384, 512)),
-        ((2000, 1500), 512, (512, 384)),
+        ((1500, 2000), 512, (443, 591)),
+        ((2000, 1500), 512, (591, 443)),
         ((512, 512), 512, (512, 512)),
-        ((513, 100), 512, (512, 100)),
-        ((1, 4000), 512, (1, 512)),
+        ((513, 100), 512, (513, 100)),
+        ((1, 4000), 512, (1, 4000)),
+        ((4, 900_000), 512, (1, 242_863)),
         ((30, 20), 512, (30, 20)),
         ((3000, 2000), 0, (3000, 2000)),
         ((7, 5), 1, (1, 1)),
     ],
 )
-def test_working_size(size: tuple[int, int], longest: int, expected: tuple[int, int]) -> None:
-    assert working_size(size, longest) == expected
+def test_working_size(size: tuple[int, int], side: int, expected: tuple[int, int]) -> None:
+    assert working_size(size, side) == expected
 
 
-@pytest.mark.parametrize("longest", [-1, 1.5, True, "512"])
-def test_working_size_is_a_whole_number(longest: int) -> None:
+@pytest.mark.parametrize("side", [-1, 1.5, True, "512"])
+def test_working_size_is_a_whole_number(side: int) -> None:
     with pytest.raises(ValueError, match=r"^size: got "):
-        working_size((10, 10), longest)
+        working_size((10, 10), side)
+
+
+def test_small_print_is_said_to_be_lost() -> None:
+    lines = np.ones((64, 64, 3), np.float32)
+    lines[::4] = 0
+    disc = np.ones((256, 256, 3), np.float32)
+    disc[np.hypot(*(np.indices((256, 256)) - 127.5)) < 60] = 0
+    assert detail_lost(lines, (64, 64)) == 0
+    assert detail_lost(lines, (16, 16)) > DETAIL_IS_LOST > detail_lost(disc, (128, 128)) > 0
 
 
 def overlaps(pixels: int, cells: int) -> np.ndarray:

@@ -4,17 +4,19 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from support.runs import QUICK, SMALL, about, mse_of, three_shapes
 
 import livecl
 from livecl import Options, vectorize
 from livecl.image.background import background_for
-from livecl.image.reading import over_background
+from livecl.image.reading import over_background, save_image
 from livecl.run.stages import Step
 from livecl.svg import quantize
 
@@ -225,3 +227,52 @@ def test_the_number_of_paths_may_be_left_to_the_program(device: int) -> None:
     for layer in range(result.drawing.num_layers):
         without = result.drawing.layer_subset(np.arange(result.drawing.num_layers) != layer)
         assert mse_of(without, three_shapes(), device) - result.mse >= result.options.path_gain - 1e-9
+
+
+@pytest.mark.parametrize("kind", ["path", "text", "bytes", "file", "stream", "pillow", "array", "list"])
+def test_each_kind_of_picture_gives_the_same(kind: str, tmp_path: Path, device: int) -> None:
+    path = tmp_path / "picture.png"
+    save_image(path, SMALL)
+    pixels = livecl.read_image(path)
+    options = Options(iterations=2, revisions=0)
+    with path.open("rb") as file:
+        picture: Any = {
+            "path": path,
+            "text": str(path),
+            "bytes": path.read_bytes(),
+            "file": file,
+            "stream": io.BytesIO(path.read_bytes()),
+            "pillow": Image.open(path),
+            "array": pixels,
+            "list": pixels.tolist(),
+        }[kind]
+        found = vectorize(picture, 1, options=options, device=device)
+    wanted = vectorize(pixels, 1, options=options, device=device)
+    assert found.drawing._repr_svg_() == wanted.drawing._repr_svg_()
+
+
+def test_large_pictures_are_worked_on_small_unless_all_pixels_are_wanted(device: int) -> None:
+    large = np.kron(SMALL, np.ones((2, 2, 1)))
+    options = Options(iterations=2, revisions=0)
+    small = vectorize(large, 1, options=options, device=device, size=24)
+    assert small.working_size == (24, 24) and small.drawing.size == (48, 48)
+    assert vectorize(large, 1, options=options, device=device).working_size == (48, 48)
+    assert vectorize(large, 1, options=options, device=device, size=0).working_size == (48, 48)
+
+
+def test_the_run_asks_whether_to_stop_between_any_two_pieces_of_work(device: int) -> None:
+    """Warm-up and placement ask as well: a run that is to stop at the first question has placed nothing."""
+    asked = []
+
+    def stop() -> str:
+        asked.append(None)
+        return "enough"
+
+    result = vectorize(SMALL, 4, device=device, control=livecl.Control(stop=stop))
+    assert result.stopped == "enough" and result.drawing.num_layers == 0 and len(asked) == 1
+    asked.clear()
+    vectorize(
+        SMALL, 4, options=Options(iterations=1, revisions=0), device=device, control=livecl.Control(stop=count(asked))
+    )
+    steps = 3  # one for each of the stages 1, 2, 1
+    assert len(asked) > 20 * steps
