@@ -272,7 +272,11 @@ def test_the_run_asks_whether_to_stop_between_any_two_pieces_of_work(device: int
     assert result.stopped == "enough" and result.drawing.num_layers == 0 and len(asked) == 1
     asked.clear()
     vectorize(
-        SMALL, 4, options=Options(iterations=1, revisions=0), device=device, control=livecl.Control(stop=count(asked))
+        SMALL,
+        4,
+        options=Options(iterations=1, revisions=0),
+        device=device,
+        control=livecl.Control(stop=lambda: asked.append(None)),
     )
     steps = 3  # one for each of the stages 1, 2, 1
     assert len(asked) > 20 * steps

@@ -182,10 +182,10 @@ def test_without_layers_and_without_stages() -> None:
 
 def test_large_pictures_are_reduced() -> None:
     drawing = drawings.build([([drawings.rectangle(100, 100, 700, 500)], (1.0, 0.0, 0.0, 1.0))], (600, 1024))
-    assert page_size(drawing) == (300, 512)
+    assert page_size(drawing) == (392, 669)
     image = Rasterizer(drawing.size).forward(drawing)
     parsed = Page(format_report(image, result_of(drawing, image)))
-    assert (parsed.of("img")[0]["width"], parsed.of("img")[0]["height"]) == ("512", "300")
+    assert (parsed.of("img")[0]["width"], parsed.of("img")[0]["height"]) == ("669", "392")
     (facts,) = [row["data-facts"] or "" for row in parsed.of("tr") if "data-facts" in row]
     assert "visible 240000 px, 39.1 %" in facts
     many = drawing.layer_subset(np.zeros(2000, int))

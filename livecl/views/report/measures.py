@@ -19,9 +19,9 @@ from livecl.views.report.markup import png_uri
 if TYPE_CHECKING:
     from livecl.rendering.rasterizer import Rasterizer
 
-#: Longer side, px, that larger pictures are reduced to for the page and its measures; and the most numbers that the
-#: layers' alphas may have together (256 MB), for which pictures of many layers are reduced further.
-LONGEST, MOST_ALPHAS = 512, 1 << 26
+#: Side, px, of the square whose area larger pictures are reduced to for the page and its measures; and the most numbers
+#: that the layers' alphas may have together (256 MB), for which pictures of many layers are reduced further.
+SIDE, MAX_ALPHAS = 512, 1 << 26
 #: The difference picture is amplified so that this share of its pixels stays below the brightest; by a power of two.
 UNSATURATED, MAX_GAIN = 0.99, 64
 #: Its ink, on whatever the page's colour is.
@@ -88,9 +88,9 @@ def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rast
 
 def page_size(drawing: Drawing) -> tuple[int, int]:
     """Return height and width, px, that pictures have in the page and layers are measured at."""
-    size = working_size(drawing.size, LONGEST)
-    excess = size[0] * size[1] * drawing.num_layers / MOST_ALPHAS
-    return size if excess <= 1 else working_size(size, max(1, int(max(size) / math.sqrt(excess))))
+    size = working_size(drawing.size, SIDE)
+    excess = size[0] * size[1] * drawing.num_layers / MAX_ALPHAS
+    return size if excess <= 1 else working_size(size, max(1, int(math.sqrt(size[0] * size[1] / excess))))
 
 
 def differences(errors: list[FloatArray]) -> tuple[list[str], int]:

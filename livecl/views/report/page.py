@@ -54,8 +54,8 @@ def format_report(
     Parameters
     ----------
     image : (H, W, 3) or (H, W, 4) array_like
-        The target, as :func:`livecl.image.as_image` takes it. Pictures of more than 512 px are reduced to that for the
-        page and its measures.
+        The target, as :func:`livecl.image.as_image` takes it. Pictures of more than 512 x 512 px are reduced to
+        that area for the page and its measures.
     result : Result
         The run.
     command : str or sequence of str, optional
