@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Colours as CSS writes them, and the plain name of any colour."""
+"""Colours as CSS writes them, and in Oklab."""
 
 from __future__ import annotations
 
 import colorsys
-import functools
 import math
 import re
 import reprlib
@@ -20,40 +19,6 @@ MAX_TEXT = 200
 
 _HEX = re.compile(r"#([0-9a-f]{3,4}|[0-9a-f]{6}|[0-9a-f]{8})")
 _FUNCTION = re.compile(r"(rgb|hsl)a?\(([^()]*)\)")
-
-#: Basic names, each with typical colours that people call so.
-BASIC_COLORS = {
-    "black": "#000000 #121212",
-    "dark gray": "#404040 #2a2d30",
-    "gray": "#808080",
-    "light gray": "#c4c4c4 #e0e0e0",
-    "white": "#ffffff #f4f4f4",
-    "dark red": "#840000",
-    "red": "#e50000 #f8312f #c8202c",
-    "pink": "#ff81c0 #ffb6c1 #ff69b4 #f08080",
-    "magenta": "#c20078 #ff00ff #ff1493",
-    "dark brown": "#3b2314",
-    "brown": "#653700 #8b4513 #6d4534",
-    "light brown": "#ad8150 #c69c6d",
-    "beige": "#f5deb3 #e6daa6 #faebd7 #d2b48c",
-    "peach": "#ffb07c #ffcba4",
-    "orange": "#f97306 #ffa500 #ff7f50 #d2691e",
-    "yellow": "#ffff14 #ffd700 #fcc73d #fff176 #dbb40c",
-    "olive": "#6e750e #556b2f",
-    "lime": "#aaff32 #9acd32",
-    "light green": "#96f97b #98fb98 #8fbc8f",
-    "green": "#15b01a #008000 #00ff00 #228b22 #2e8b57",
-    "dark green": "#033500 #1c4422",
-    "teal": "#029386 #008080",
-    "turquoise": "#40e0d0 #06c2ac",
-    "cyan": "#00ffff",
-    "light blue": "#95d0fc #add8e6 #87ceeb",
-    "blue": "#0343df #0000ff #1e90ff #00a6ed #4682b4",
-    "dark blue": "#00035b #1f3a68",
-    "lavender": "#c79fef",
-    "purple": "#7e1e9c #9a0eea #9370db #6a5acd",
-    "dark purple": "#35063e #433b6b",
-}
 
 
 def parse_rgba(text: str) -> Rgba:
@@ -127,13 +92,6 @@ def format_rgb(rgb: ArrayLike) -> str:
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
-def color_names(rgb: ArrayLike) -> list[str]:
-    """Return the basic name nearest to each sRGB colour (N, 3) in [0, 1], as the eye sees distance (Oklab)."""
-    names, places = _basic_places()
-    distances = np.linalg.norm(oklab(rgb)[:, None] - places, axis=-1)
-    return [names[i] for i in distances.argmin(axis=1)]
-
-
 def oklab(rgb: ArrayLike) -> FloatArray:
     """Return sRGB colours (..., 3) in [0, 1] in Oklab (lightness, green to red, blue to yellow): (..., 3).
 
@@ -158,9 +116,3 @@ def oklab(rgb: ArrayLike) -> FloatArray:
             [-0.0040720468, 0.4505937099, -0.8086757660],
         ]
     )
-
-
-@functools.cache
-def _basic_places() -> tuple[list[str], FloatArray]:
-    named = [(name, text) for name, texts in BASIC_COLORS.items() for text in texts.split()]
-    return [name for name, _ in named], oklab([parse_color(text) for _, text in named])

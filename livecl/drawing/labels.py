@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.checks import MAX_NAME, clean_name
-from livecl.drawing.colors import color_names, parse_rgba
+from livecl.drawing.color_words import color_names
+from livecl.drawing.colors import parse_rgba
 from livecl.geometry import bezier
 
 if TYPE_CHECKING:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ import pytest
 from support import drawings
 
 from livecl.drawing.checks import MAX_NAME, clean_name
-from livecl.drawing.colors import BASIC_COLORS, color_names, format_rgb, oklab, parse_color
+from livecl.drawing.colors import format_rgb, oklab
 from livecl.drawing.drawing import Drawing, concatenate, empty_drawing
 from livecl.drawing.labels import layer_centers
 from livecl.geometry import bezier
@@ -58,28 +57,6 @@ def test_places(column: int, row: int, place: str) -> None:
 def test_indices_are_as_wide_as_the_last() -> None:
     drawing = drawings.build(101 * [([drawings.circle((5, 5), 2)], ORANGE)], (9, 9))
     assert [drawing.labels[layer].split()[0] for layer in (0, 9, 100)] == ["layer-000", "layer-009", "layer-100"]
-
-
-def test_colour_names() -> None:
-    """Each basic colour bears its own name; others that of what they look like."""
-    for name, texts in BASIC_COLORS.items():
-        assert set(color_names([parse_color(text) for text in texts.split()])) == {name}
-    assert all(re.fullmatch("[a-z]+( [a-z]+)?", name) for name in BASIC_COLORS)
-    for text, name in {
-        "#0a0a0a": "black",
-        "#808080": "gray",
-        "#ff0000": "red",
-        "#ffa500": "orange",
-        "#00ff00": "green",
-        "#0000ff": "blue",
-        "#228b22": "green",
-        "#87ceeb": "light blue",
-        "#800080": "purple",
-        "#fcd53f": "yellow",
-        "#664e27": "brown",
-        "#fafafa": "white",
-    }.items():
-        assert color_names([parse_color(text)]) == [name], text
 
 
 def test_oklab_of_known_colours() -> None:
