@@ -20,6 +20,7 @@ from .run import Recipe as Recipe
 from .run import Result as Result
 from .run import RunError as RunError
 from .run import SequenceResult as SequenceResult
+from .run import Step as Step
 from .run import vectorize as vectorize
 from .run import vectorize_sequence as vectorize_sequence
 from .svg import read_svg as read_svg
@@ -43,6 +44,7 @@ __all__ = [
     "RunError",
     "SequenceResult",
     "State",
+    "Step",
     "SvgError",
     "interpolate",
     "list_devices",

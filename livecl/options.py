@@ -9,6 +9,8 @@ import sys
 from collections.abc import Callable
 from typing import Any, Literal, get_args, get_type_hints
 
+import numpy as np
+
 from livecl.image.background import check_background
 
 #: Fall of the mean squared error that a path must be worth where the number of paths is left to the program. A black
@@ -118,6 +120,9 @@ class Options:
     def __post_init__(self) -> None:
         for name, hint in get_type_hints(Options).items():
             value = getattr(self, name)
+            if isinstance(value, np.generic):  # a number of NumPy's, kept as Python's own
+                value = value.item()
+                object.__setattr__(self, name, value)
             got = f"{name}: got {reprlib.repr(value)}, wanted"
             if hint is bool and not isinstance(value, bool):
                 raise ValueError(f"{got} True or False")
@@ -139,6 +144,30 @@ class Options:
                 "'random', without revisions"
             )
         check_background(self.background)
+
+    @classmethod
+    def preset(cls, name: str, **changes: Any) -> Options:
+        """Return the options that a preset of the command line stands for, with changes.
+
+        Parameters
+        ----------
+        name : str
+            A key of :data:`PRESETS`: "default", "paper", "released", "diffvg", "icon", "clipart", "photo", "draft".
+        **changes
+            Fields that differ from the preset.
+
+        Raises
+        ------
+        ValueError
+            If there is no such preset, or a value is out of range.
+
+        Notes
+        -----
+        The command line also has a number of paths for some: :data:`PRESET_PATHS`.
+        """
+        if name not in PRESETS:
+            raise ValueError(f"preset: got {reprlib.repr(name)}, wanted {' or '.join(map(repr, PRESETS))}")
+        return PRESETS[name](**changes)
 
     def choosing_paths(self) -> Options:
         """Return the options with a `path_gain`, so that the number of paths is found by what further ones gain."""
@@ -221,7 +250,7 @@ PRESETS: dict[str, Callable[..., Options]] = {
     "paper": Options.paper,
     "released": Options.released,
     "diffvg": Options.diffvg,
-    "icon": _kind(opacity="opaque"),
+    "icon": _kind(opacity="opaque", prune=2e-4),
     "clipart": _kind(),
     "photo": _kind(),
     "draft": _kind(iterations=60, revisions=0),

@@ -7,6 +7,7 @@ import dataclasses
 import math
 from typing import Any, get_args, get_type_hints
 
+import numpy as np
 import pytest
 
 from livecl.options import PRESETS, Options
@@ -67,7 +68,7 @@ def test_presets_by_name() -> None:
         "paper": Options.paper(),
         "released": Options.released(),
         "diffvg": Options.diffvg(),
-        "icon": Options(opacity="opaque"),
+        "icon": Options(opacity="opaque", prune=2e-4),
         "clipart": Options(),
         "photo": Options(),
         "draft": Options(iterations=60, revisions=0),
@@ -187,3 +188,19 @@ def test_choosing_paths_sets_a_gain_unless_there_is_one() -> None:
     chosen = Options(iterations=9).choosing_paths()
     assert chosen.path_gain > 0 and dataclasses.replace(chosen, path_gain=0.0) == Options(iterations=9)
     assert Options(path_gain=0.25).choosing_paths() == Options(path_gain=0.25)
+
+
+def test_presets_are_those_of_the_command_line() -> None:
+    assert Options.preset("default") == Options()
+    assert Options.preset("paper", iterations=7) == Options.paper(iterations=7)
+    assert Options.preset("icon").opacity == "opaque" and Options.preset("icon").prune > Options().prune
+    with pytest.raises(ValueError, match=r"^preset: got 'icons', wanted 'default' or "):
+        Options.preset("icons")
+
+
+def test_numbers_of_numpy_are_kept_as_pythons_own() -> None:
+    options = Options(iterations=np.int64(7), settle=np.float32(0.5), holes=np.bool_(False))
+    assert options == Options(iterations=7, settle=0.5, holes=False)
+    assert [type(value) for value in (options.iterations, options.settle, options.holes)] == [int, float, bool]
+    with pytest.raises(ValueError, match=r"^iterations: got 7\.5"):
+        Options(iterations=np.float64(7.5))

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable
 from typing import Any, get_args, get_type_hints
 
-from livecl.options import PRESETS, Options
+from livecl.options import Options
 
 _METAVARS = {int: "N", float: "X", str: "COLOR"}
 
@@ -41,12 +41,12 @@ def given_options(arguments: argparse.Namespace) -> Options:
     ValueError
         If they do not go together.
     """
-    make = PRESETS[arguments.preset]
     names = [field.name for field in dataclasses.fields(Options)]
     given = {name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None}
-    if arguments.placement == "random" and make().shape == "outline":  # there is no region to fit an outline to
+    # Random places have no region to fit an outline to.
+    if arguments.placement == "random" and Options.preset(arguments.preset).shape == "outline":
         given.setdefault("shape", "circle")
-    return make(**given)
+    return Options.preset(arguments.preset, **given)
 
 
 def field_descriptions() -> dict[str, str]:

@@ -32,6 +32,13 @@ def error_seen(error: NDArray[Any]) -> NDArray[Any]:
     return np.concatenate([error[..., :3] - alpha / 2, ALPHA_SEEN * alpha], axis=-1).astype(error.dtype)
 
 
+def unpremultiplied(image: NDArray[Any]) -> NDArray[Any]:
+    """Return premultiplied RGBA (H, W, 4) as straight RGBA in [0, 1]; clear pixels are black."""
+    alpha = image[..., 3:]
+    color = np.divide(image[..., :3], alpha, out=np.zeros_like(image[..., :3]), where=alpha > 0)
+    return np.concatenate([np.clip(color, 0, 1), alpha], axis=-1)
+
+
 def mse_seen(image: NDArray[Any], target: NDArray[Any]) -> float:
     """Return the mean over pixels, RGB, and black and white backgrounds of the squared difference of two pictures.
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import pieces_for
+from livecl.image.alpha import unpremultiplied
 from livecl.opencl.device import OpenDevice, open_device
 from livecl.opencl.guard import on_device
 from livecl.opencl.program import LANES
@@ -100,10 +101,13 @@ class Rasterizer:
         Returns
         -------
         (H, W, 3) array
-            RGB; or (H, W, 4), premultiplied RGBA, where the drawing has no background.
+            RGB; or (H, W, 4), premultiplied RGBA, where the drawing has no background; :func:`render` has straight
+            RGBA too.
 
         Raises
         ------
+        TypeError
+            If `drawing` is no Drawing.
         ValueError
             If the drawing is of another size, or `pieces` does not fit it.
         """
@@ -295,12 +299,24 @@ class Rasterizer:
         return image
 
 
-def render(drawing: Drawing, device: int | str | None = None) -> NDArray[Any]:
+def render(drawing: Drawing, device: int | str | None = None, *, straight: bool = False) -> NDArray[Any]:
     """Render a drawing once.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Any drawing.
+    device : int, str or None
+        OpenCL device, see :func:`livecl.opencl.device.choose_device`.
+    straight : bool
+        Whether RGBA is straight, as :func:`livecl.read_image` returns it and :func:`livecl.image.save_image` takes it,
+        instead of premultiplied, as the kernels composite it.
 
     Returns
     -------
     (H, W, 3) float32
-        RGB; or (H, W, 4), premultiplied RGBA, where the drawing has no background.
+        RGB; or (H, W, 4), RGBA, where the drawing has no background.
     """
-    return Rasterizer(drawing.size, device).forward(drawing)
+    channels_of(drawing)
+    image = Rasterizer(drawing.size, device).forward(drawing)
+    return unpremultiplied(image).astype(np.float32) if straight and image.shape[2] == 4 else image

@@ -17,7 +17,15 @@ from livecl.rendering.tiling import Grid
 
 
 def channels_of(drawing: Drawing) -> int:
-    """Return the number of channels of a drawing's image: without a background, alpha is one."""
+    """Return the number of channels of a drawing's image: without a background, alpha is one.
+
+    Raises
+    ------
+    TypeError
+        If it is no drawing.
+    """
+    if not isinstance(drawing, Drawing):
+        raise TypeError(f"drawing: got {type(drawing).__name__}, wanted a livecl.Drawing, as of livecl.read_svg")
     return 4 if drawing.background is None else 3
 
 

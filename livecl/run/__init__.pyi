@@ -6,6 +6,7 @@ from .result import Result as Result
 from .result import RunError as RunError
 from .sequences import SequenceResult as SequenceResult
 from .sequences import vectorize_sequence as vectorize_sequence
+from .stages import Step as Step
 
 __all__ = [
     "Control",
@@ -13,6 +14,7 @@ __all__ = [
     "Result",
     "RunError",
     "SequenceResult",
+    "Step",
     "vectorize",
     "vectorize_sequence",
 ]

@@ -16,6 +16,7 @@ import numpy as np
 
 from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.options import Options
+from livecl.run.hints import with_hints
 from livecl.schedule import parse_schedule
 from livecl.svg.writer import MAX_PRECISION, LayerStyle, format_svg, quantize
 from livecl.version import __version__
@@ -205,6 +206,7 @@ class Recipe:
         return format_svg(drawing, self.precision, self.layers)
 
 
+@with_hints
 def vectorize(
     image: Picture,
     paths: int | Literal["auto"] | None = None,

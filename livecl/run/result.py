@@ -75,6 +75,17 @@ class Result:
         """Write the drawing as SVG, replacing an existing file atomically; see :func:`livecl.svg.format_svg`."""
         save_svg(self.drawing, path, precision, layers)
 
+    def __str__(self) -> str:
+        """Summary in three lines: the drawing, its error, the time."""
+        layers, (height, width) = self.drawing.num_layers, self.drawing.size
+        worked = self.working_size
+        at = "" if worked in (None, self.drawing.size) else f" at {worked[1]} x {worked[0]} px"
+        return (
+            f"drawing of {layers} layers, {self.drawing.num_segments} segments, {width} x {height} px\n"
+            f"MSE {self.mse:.3g}{at}{'' if self.stopped is None else f'; stopped: {self.stopped}'}\n"
+            f"{self.seconds:.1f} s on {self.device}"
+        )
+
     def _repr_svg_(self) -> str:
         return self.svg
 

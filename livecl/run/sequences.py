@@ -15,6 +15,7 @@ from livecl.image.background import NONE
 from livecl.image.reading import as_image
 from livecl.interpolation.blending import collapsed
 from livecl.options import Options
+from livecl.run.hints import with_hints
 from livecl.run.result import Result
 from livecl.run.stages import Picture
 from livecl.run.vectorization import vectorize_pixels
@@ -53,6 +54,7 @@ class SequenceResult:
     device: str
 
 
+@with_hints
 def vectorize_sequence(
     images: Iterable[Picture],
     *,

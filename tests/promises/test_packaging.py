@@ -90,7 +90,7 @@ def test_wheel_holds_the_sources_and_nothing_else(checkout: Path, tmp_path: Path
         metadata = archive.read(f"livecl-{livecl.__version__}.dist-info/METADATA").decode()
     package = sorted(name for name in names if ".dist-info/" not in name)
     sources = [file for file in (ROOT / "livecl").rglob("*") if file.is_file() and file.suffix != ".pyc"]
-    assert {file.suffix for file in sources} == {".py", ".pyi", ".typed", ".html", ".css", ".js"}
+    assert {file.suffix for file in sources} == {".py", ".pyi", ".typed", ".html", ".css", ".js", ".txt"}
     kernels = [f"livecl/kernels/{name}" for name in kernel_names()]
     assert package == sorted([*(file.relative_to(ROOT).as_posix() for file in sources), *kernels])
     assert any(name.endswith("/LICENSE") for name in names)

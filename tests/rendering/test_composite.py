@@ -11,7 +11,9 @@ from reference.composite import composite_backward, squared_error
 from reference.rounding import UNIT, colors_tolerance, image_tolerance
 from support import drawings
 
+import livecl
 from livecl.drawing.drawing import empty_drawing
+from livecl.image.reading import premultiplied
 
 
 def _random_image(case: drawings.Case, seed: int = 0) -> np.ndarray:
@@ -178,3 +180,18 @@ def test_gradients_of_a_pixel_by_hand(rasterizer_for: RasterizerFor) -> None:
     expected = np.zeros((4, 3, 2))
     expected[:, 0, 0] = np.array((-1, 1, 1, -1)) * 0.5 * 0.5 * d_alpha
     np.testing.assert_allclose(gradients.points, expected, atol=1e-14)
+
+
+def test_only_drawings_are_rendered(device: int) -> None:
+    for wrong in ([1, 2], np.zeros((3, 4))):
+        with pytest.raises(TypeError, match=r"^drawing: got (list|ndarray), wanted a livecl\.Drawing"):
+            livecl.render(wrong, device)
+        with pytest.raises(TypeError, match=r"^drawing: got"):
+            livecl.Rasterizer((4, 4), device).forward(wrong)
+
+
+def test_straight_rgba_is_what_pictures_are_read_as(device: int) -> None:
+    drawing = drawings.build([([drawings.rectangle(0.5, 0, 2, 2)], (1.0, 0.5, 0.0, 0.5))], (2, 3), None)
+    straight, image = livecl.render(drawing, device, straight=True), livecl.render(drawing, device)
+    np.testing.assert_allclose(straight[0], [[1, 0.5, 0, 0.25], [1, 0.5, 0, 0.5], [0, 0, 0, 0]], atol=1e-6)
+    np.testing.assert_allclose(premultiplied(straight), image, atol=1e-6)

@@ -280,3 +280,24 @@ def test_the_run_asks_whether_to_stop_between_any_two_pieces_of_work(device: int
     )
     steps = 3  # one for each of the stages 1, 2, 1
     assert len(asked) > 20 * steps
+
+
+@pytest.mark.parametrize(
+    ("keyword", "hint"),
+    [
+        ("path", "did you mean 'paths'"),
+        ("iterations", r"options=Options\(iterations=...\)"),
+        ("iteration", r"did you mean options=Options\(iterations=...\)"),
+        ("xyzzy", "wanted one of image, paths"),
+    ],
+)
+def test_unknown_keywords_get_a_hint(keyword: str, hint: str) -> None:
+    with pytest.raises(TypeError, match=f"vectorize: there is no parameter '{keyword}'; .*{hint}"):
+        vectorize(SMALL, **{keyword: 3})
+
+
+def test_a_result_prints_as_three_lines(device: int) -> None:
+    result = vectorize(SMALL, 1, options=Options(iterations=1, revisions=0), device=device)
+    drawing, error, time = str(result).splitlines()
+    assert drawing == f"drawing of 1 layers, {result.drawing.num_segments} segments, 24 x 24 px"
+    assert error == f"MSE {result.mse:.3g}" and time.endswith(result.device)

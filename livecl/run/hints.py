@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hints for keywords that a function does not have."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import functools
+import inspect
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+from livecl.options import Options
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def with_hints(function: Callable[P, T]) -> Callable[P, T]:
+    """Decorator: for an unknown keyword, raise TypeError with the nearest parameter, or where it belongs."""
+    known = tuple(inspect.signature(function).parameters)
+
+    @functools.wraps(function)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> T:
+        for name in kwargs:
+            if name not in known:
+                raise TypeError(f"{function.__name__}: there is no parameter {name!r}; {_hint(name, known)}")
+        return function(*args, **kwargs)
+
+    return checked
+
+
+def _hint(name: str, known: tuple[str, ...]) -> str:
+    fields = [field.name for field in dataclasses.fields(Options)]
+    if name in fields:
+        return f"it is one of the method's options: options=Options({name}=...)"
+    if near := difflib.get_close_matches(name, known, 1):
+        return f"did you mean {near[0]!r}?"
+    if near := difflib.get_close_matches(name, fields, 1):
+        return f"did you mean options=Options({near[0]}=...)?"
+    return f"wanted one of {', '.join(known)}"
