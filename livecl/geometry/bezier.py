@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cubic Bézier segments in float64 NumPy: basis, points, bounds, area, pieces to flatten with.
+"""Cubic Bézier segments in float64 NumPy: basis, points, cuts, bounds, area, flattening.
 
 A cubic is (..., 4, 2): its control points A, B, C, D as (x, y) in px, y down. Signed areas are positive where the
 outline turns from the x axis towards the y axis (clockwise on the screen).
@@ -7,10 +7,35 @@ outline turns from the x axis towards the y axis (clockwise on the screen).
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclasses.dataclass(frozen=True)
+class Polygon:
+    """Cubics flattened into lines, of which one begins at each corner.
+
+    Attributes
+    ----------
+    corners : (L, 2) float64
+        Points on the curves, px.
+    segments : (L,) int
+        Cubic of each line.
+    t : (L,) float64
+        Parameter of each corner.
+    counts : (M,) int32
+        Lines of each cubic.
+    """
+
+    corners: FloatArray
+    segments: IntArray
+    t: FloatArray
+    counts: NDArray[np.int32]
 
 
 def bernstein(t: ArrayLike) -> FloatArray:
@@ -23,6 +48,36 @@ def bernstein(t: ArrayLike) -> FloatArray:
 def evaluate(cubics: ArrayLike, t: ArrayLike) -> FloatArray:
     """Return the points of cubics (..., 4, 2) at the parameters t (T,): (..., T, 2), px."""
     return np.einsum("tk,...kd->...td", bernstein(t), np.asarray(cubics, dtype=np.float64))
+
+
+def derivative(cubics: ArrayLike, t: ArrayLike) -> FloatArray:
+    """Return B'(t) of cubics (..., 4, 2) at one parameter each, (...): (..., 2), px per unit of t."""
+    steps, t = np.diff(np.asarray(cubics, dtype=np.float64), axis=-2), np.asarray(t, dtype=np.float64)[..., None]
+    u = 1 - t
+    return np.asarray(3 * (u**2 * steps[..., 0, :] + 2 * t * u * steps[..., 1, :] + t * t * steps[..., 2, :]))
+
+
+def subsegment(cubics: ArrayLike, begin: ArrayLike, end: ArrayLike) -> FloatArray:
+    """Cut cubics (..., 4, 2): return those that run along them from parameters `begin` to `end`, (...): (..., 4, 2).
+
+    With b(u, v, w) the blossom of a cubic (de Casteljau's three rounds of linear interpolation, each at its own
+    parameter), the piece from s to t has the control points b(s, s, s), b(s, s, t), b(s, t, t), b(t, t, t): exact
+    whatever s and t are.
+    """
+    ends = np.stack(np.broadcast_arrays(np.asarray(begin, np.float64), np.asarray(end, np.float64)))
+    points = np.asarray(cubics, dtype=np.float64)
+    points = np.broadcast_to(points, np.broadcast_shapes(points.shape, (*ends.shape[1:], 1, 1)))[None]
+    # (row before, parameter) of the rows of each round: b(s), b(t); b(s, s), b(s, t), b(t, t); ...
+    for before, parameters in (([0, 0], [0, 1]), ([0, 0, 1], [0, 1, 1]), ([0, 0, 1, 2], [0, 1, 1, 1])):
+        t = ends[parameters][..., None, None]
+        points = points[before]
+        points = (1 - t) * points[..., :-1, :] + t * points[..., 1:, :]
+    return np.moveaxis(points[..., 0, :], 0, -2)
+
+
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return a_x b_y - a_y b_x of vectors (..., 2): (...)."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
 def hull_bounds(cubics: ArrayLike) -> FloatArray:
@@ -38,10 +93,6 @@ def signed_area(cubics: ArrayLike) -> float:
     control points (Green's theorem, Bernstein products integrated).
     """
     a, b, c, d = np.moveaxis(np.asarray(cubics, dtype=np.float64), -2, 0)
-
-    def cross(p: FloatArray, q: FloatArray) -> FloatArray:
-        return p[..., 0] * q[..., 1] - p[..., 1] * q[..., 0]
-
     twice = 6 * cross(a, b) + 3 * cross(a, c) + cross(a, d) + 3 * cross(b, c) + 3 * cross(b, d) + 6 * cross(c, d)
     return float(np.sum(twice) / 20)
 
@@ -68,6 +119,18 @@ def pieces_for(cubics: ArrayLike, tolerance: float) -> NDArray[np.int32]:
     second = cubics[..., :-2, :] - 2 * cubics[..., 1:-1, :] + cubics[..., 2:, :]
     bend = np.sqrt((second * second).sum(axis=-1).max(axis=-1))
     return np.maximum(1, np.ceil(np.sqrt(0.75 * bend / tolerance))).astype(np.int32)
+
+
+def flatten(cubics: ArrayLike, tolerance: float, most: int | None = None) -> Polygon:
+    """Flatten cubics (M, 4, 2) into lines that leave them by `tolerance` px at most, or into `most` lines each."""
+    cubics = np.asarray(cubics, dtype=np.float64)
+    counts = pieces_for(cubics, tolerance)
+    if most is not None:
+        counts = np.minimum(counts, most)
+    segments = np.repeat(np.arange(len(cubics)), counts)
+    number = np.arange(len(segments)) - np.repeat(np.cumsum(counts) - counts, counts)
+    t = number / counts[segments]
+    return Polygon(np.einsum("lk,lkd->ld", bernstein(t), cubics[segments]), segments, t, counts)
 
 
 def area_moments(cubics: ArrayLike) -> FloatArray:

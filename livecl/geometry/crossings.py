@@ -25,6 +25,7 @@ _BLOCK = 1 << 20
 _SLACK = 1e-9
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 def crossing_area(cubics: ArrayLike, tolerance: float = FLATTENING) -> float:
@@ -43,7 +44,7 @@ def crossing_area(cubics: ArrayLike, tolerance: float = FLATTENING) -> float:
         Area of all points, px^2, whose winding is neither 0 nor the sign of the outline's signed area. It is above zero
         exactly if the flattened outline crosses itself.
     """
-    start = flatten(cubics, tolerance)
+    start = bezier.flatten(cubics, tolerance).corners
     end = np.roll(start, -1, axis=0)
     meetings = _heights_of_meetings(start, end)
     if not len(meetings):
@@ -62,40 +63,74 @@ def crossing_area(cubics: ArrayLike, tolerance: float = FLATTENING) -> float:
     )
 
 
-def flatten(cubics: ArrayLike, tolerance: float = FLATTENING) -> FloatArray:
-    """Return the corners of the polygon that a closed outline (M, 4, 2) is flattened into: (K, 2), px."""
-    cubics = np.asarray(cubics, dtype=np.float64)
-    counts = bezier.pieces_for(cubics, tolerance)
-    return np.concatenate(
-        [bezier.evaluate(cubic, np.arange(count) / count) for cubic, count in zip(cubics, counts, strict=True)]
-    )
+def following(owners: IntArray) -> IntArray:
+    """Return the line after each, (L,), in the closed polygon that it belongs to; `owners` (L,) rise."""
+    found = np.arange(1, len(owners) + 1)
+    ends = np.flatnonzero(np.diff(owners, append=-1))
+    found[ends] = np.concatenate([[0], ends[:-1] + 1])
+    return found
+
+
+def line_meetings(
+    start: FloatArray, end: FloatArray, owners: IntArray
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Intersect the lines of closed polygons with others of the same polygon, neighbours and parallel ones left out.
+
+    Parameters
+    ----------
+    start, end : (L, 2) float64
+        Ends of the lines, px: those of a polygon in its order, polygon after polygon.
+    owners : (L,) int
+        Polygon of each line, rising.
+
+    Returns
+    -------
+    i, j : (K,) int
+        Pairs of lines, i < j, whose boxes meet, sorted.
+    s, t : (K,) float64
+        Place of the meeting as a share of line i and of line j: outside [0, 1] they meet only if made longer.
+
+    Notes
+    -----
+    A sweep: the lines of a polygon sorted by their upper ends, each is paired with those that begin before it ends.
+    """
+    count = len(start)
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    order = np.lexsort((low[:, 1], owners))
+    # Place of each lower end among the upper ends of its polygon, those at the same height before it.
+    is_end = np.repeat([False, True], count)
+    ranks = np.lexsort((is_end, np.concatenate([low[:, 1], high[:, 1]]), np.tile(owners, 2)))
+    begun = np.cumsum(~is_end[ranks])
+    ends = np.empty(count, np.int64)
+    ends[ranks[is_end[ranks]] - count] = begun[is_end[ranks]]
+    numbers = ends[order] - np.arange(1, count + 1)
+    after = following(owners)
+    total = np.concatenate([[0], np.cumsum(numbers)])
+    found = []
+    first = 0
+    while first < count:
+        stop = max(first + 1, int(np.searchsorted(total, total[first] + _BLOCK, side="right")) - 1)
+        own = np.repeat(np.arange(first, stop), numbers[first:stop])
+        later = np.arange(len(own)) + total[first] - total[own] + own + 1
+        i, j = np.minimum(order[own], order[later]), np.maximum(order[own], order[later])
+        near = (j != after[i]) & (i != after[j]) & (low[i, 0] <= high[j, 0]) & (low[j, 0] <= high[i, 0])
+        found.append(np.stack([i[near], j[near]]))
+        first = stop
+    i, j = np.concatenate([np.zeros((2, 0), np.int64), *found], axis=1)
+    i, j = np.stack([i, j])[:, np.lexsort((j, i))]
+    along, other, between = end[i] - start[i], end[j] - start[j], start[j] - start[i]
+    product = bezier.cross(along, other)
+    meets = product != 0
+    s, t = (bezier.cross(between, way)[meets] / product[meets] for way in (other, along))
+    return i[meets], j[meets], s, t
 
 
 def _heights_of_meetings(start: FloatArray, end: FloatArray) -> FloatArray:
     """Return y of all points where two lines that are no neighbours cross or touch; parallel lines do not."""
-    count = len(start)
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    index = np.arange(count)
-    found = []
-    rows = max(1, _BLOCK // count)
-    for first in range(0, count, rows):
-        own = slice(first, min(first + rows, count))
-        near = index[None, :] > index[own, None] + 1
-        for axis in (0, 1):
-            near &= low[None, :, axis] <= high[own, None, axis]
-            near &= high[None, :, axis] >= low[own, None, axis]
-        if first == 0:
-            near[0, -1] = False
-        i, j = np.nonzero(near)
-        i += first
-        along, other, between = end[i] - start[i], end[j] - start[j], start[j] - start[i]
-        cross = _cross(along, other)
-        meets = cross != 0
-        i, along, other, between, cross = i[meets], along[meets], other[meets], between[meets], cross[meets]
-        s, t = _cross(between, other) / cross, _cross(between, along) / cross
-        meets = (np.minimum(s, t) >= -_SLACK) & (np.maximum(s, t) <= 1 + _SLACK)
-        found.append(start[i[meets], 1] + s[meets] * along[meets, 1])
-    return np.concatenate(found)
+    i, _, s, t = line_meetings(start, end, np.zeros(len(start), np.int64))
+    meets = (np.minimum(s, t) >= -_SLACK) & (np.maximum(s, t) <= 1 + _SLACK)
+    i, s = i[meets], s[meets]
+    return np.asarray(start[i, 1] + s * (end[i, 1] - start[i, 1]))
 
 
 def _widths_of_other_winding(start: FloatArray, end: FloatArray, heights: FloatArray, turn: int) -> FloatArray:
@@ -110,8 +145,3 @@ def _widths_of_other_winding(start: FloatArray, end: FloatArray, heights: FloatA
     widths = np.diff(np.take_along_axis(x, order, axis=1), axis=1)
     sums: FloatArray = np.sum(widths * ((winding != 0) & (winding != turn)), axis=1)
     return sums
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    product: FloatArray = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return product

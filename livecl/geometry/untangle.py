@@ -9,12 +9,13 @@ it was.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.geometry.bezier import bernstein, evaluate, pieces_for, signed_area
-from livecl.geometry.crossings import CROSSING_AREA, crossing_area
+from livecl.geometry.bezier import bernstein, cross, derivative, evaluate, flatten, signed_area, subsegment
+from livecl.geometry.crossings import CROSSING_AREA, crossing_area, following, line_meetings
 
 FloatArray = NDArray[np.float64]
 
@@ -38,112 +39,94 @@ class Crossing:
     u: float
 
 
-def untangle(cubics: FloatArray) -> FloatArray:
-    """Return a closed outline without its crossings.
+def untangle(outlines: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return closed outlines without their crossings.
 
     Parameters
     ----------
-    cubics : (s, 4, 2) float64
-        Control points of a closed outline, px.
+    outlines : sequence of (s, 4, 2) float64
+        Control points of a closed outline each, px.
 
     Returns
     -------
-    (s, 4, 2) float64
-        As many segments, of which those far from the crossings are unchanged and in their place; the very array that
-        was given where nothing crosses.
+    list of (s, 4, 2) float64
+        As many segments each, of which those far from the crossings are unchanged and in their place; the very array
+        that was given where nothing crosses.
     """
+    found = list(outlines)
+    tangled = list(range(len(found)))
     for _ in range(MOST_CROSSINGS):
-        crossing = find_crossing(cubics)
-        if crossing is None:
+        crossings = find_crossings([found[k] for k in tangled])
+        tangled = [k for k, crossing in zip(tangled, crossings, strict=True) if crossing is not None]
+        if not tangled:
             break
-        cubics = _trim(cubics, crossing)
-    return cubics
+        for k, crossing in zip(tangled, filter(None, crossings), strict=True):
+            found[k] = _trim(found[k], crossing)
+    return found
 
 
-def find_crossing(cubics: FloatArray) -> Crossing | None:
-    """Return a crossing of a closed outline (s, 4, 2) with itself, or None."""
-    counts = np.minimum(pieces_for(cubics, TOLERANCE), MOST_PIECES)
-    segments = np.repeat(np.arange(len(cubics)), counts)
-    steps = np.concatenate([np.arange(count) / count for count in counts])
-    start = np.einsum("lk,lkd->ld", bernstein(steps), cubics[segments])
-    end = np.roll(start, -1, axis=0)
-    num_lines = len(start)
-    (low_x, low_y), (high_x, high_y) = np.minimum(start, end).T, np.maximum(start, end).T
-    near = (low_x[:, None] <= high_x) & (low_x <= high_x[:, None])
-    near &= (low_y[:, None] <= high_y) & (low_y <= high_y[:, None])
-    i, j = np.nonzero(near)
-    apart = (j - i >= 2) & (j - i < num_lines - 1)  # lines that follow each other meet, and do not cross
-    i, j = i[apart], j[apart]
-    along, other, between = end[i] - start[i], end[j] - start[j], start[j] - start[i]
-    cross = _cross(along, other)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s, t = _cross(between, other) / cross, _cross(between, along) / cross
-        hits = np.flatnonzero((cross != 0) & (s > 0) & (s < 1) & (t > 0) & (t < 1))
+def find_crossings(outlines: Sequence[FloatArray]) -> list[Crossing | None]:
+    """Return a crossing of each closed outline (s, 4, 2) with itself, or None: the tightest loop of each."""
+    found: list[Crossing | None] = [None] * len(outlines)
+    if not outlines:
+        return found
+    numbers = [len(outline) for outline in outlines]
+    cubics = np.concatenate(outlines)
+    lines = flatten(cubics, TOLERANCE, MOST_PIECES)
+    owners = np.repeat(np.arange(len(outlines)), numbers)[lines.segments]
+    i, j, s, t = line_meetings(lines.corners, lines.corners[following(owners)], owners)
+    meets = np.flatnonzero((s >= 0) & (s < 1) & (t >= 0) & (t < 1))
+    i, j, s, t = i[meets], j[meets], s[meets], t[meets]
+    inside = (s > 0) & (t > 0)
+    tangled, chosen = [], []
+    for k in np.unique(owners[i]):
+        hits = np.flatnonzero((owners[i] == k) & inside)
         if not len(hits):  # a meeting at a corner of the lines is a crossing or a contact: the winding tells
-            hits = np.flatnonzero((cross != 0) & (s >= 0) & (s < 1) & (t >= 0) & (t < 1))
-            if not len(hits) or crossing_area(cubics) <= CROSSING_AREA:
-                return None
-    k = hits[np.argmin((j - i)[hits])]  # the tightest loop first
-    a, b = i[k], j[k]
-    first, second = int(segments[a]), int(segments[b])
-    crossing = Crossing(first, steps[a] + s[k] / counts[first], second, steps[b] + t[k] / counts[second])
-    return _refined(cubics, crossing)
+            hits = np.flatnonzero(owners[i] == k)
+            if crossing_area(outlines[k]) <= CROSSING_AREA:
+                continue
+        tangled.append(k)
+        chosen.append(hits[np.argmin((j - i)[hits])])
+    pairs = np.stack([i[chosen], j[chosen]])
+    segments = lines.segments[pairs]
+    places = lines.t[pairs] + np.stack([s[chosen], t[chosen]]) / lines.counts[segments]
+    places = _refined(cubics[segments], places)
+    own = segments - np.cumsum([0, *numbers])[tangled]
+    for k, (first, second), (at, to) in zip(tangled, own.T.tolist(), places.T.tolist(), strict=True):
+        found[k] = Crossing(first, at, second, to)
+    return found
 
 
-def _refined(cubics: FloatArray, crossing: Crossing) -> Crossing:
-    """Newton's method on P(t) = Q(u); the crossing of the lines where it leads astray."""
-    t, u = crossing.t, crossing.u
-    p, q = cubics[crossing.first], cubics[crossing.second]
+def _refined(strands: FloatArray, places: FloatArray) -> FloatArray:
+    """Newton's method on P(t) = Q(u), (2, K, 4, 2); the crossings of the lines, (2, K), where it leads astray."""
+    refined = places.copy()
+    whole = np.ones(places.shape[1], bool)
     for _ in range(NEWTON_STEPS):
-        miss = evaluate(q, [u])[0] - evaluate(p, [t])[0]
-        dp, dq = _derivative(p, t), _derivative(q, u)
-        determinant = _cross(dp, dq)
-        if determinant == 0:
-            return crossing
-        t += float(_cross(miss, dq) / determinant)
-        u += float(_cross(miss, dp) / determinant)
-    near = abs(t - crossing.t) < 0.1 and abs(u - crossing.u) < 0.1
-    inside = 0 <= t <= 1 and 0 <= u <= 1
-    return Crossing(crossing.first, t, crossing.second, u) if near and inside else crossing
+        p, q = np.einsum("skn,sknd->skd", bernstein(refined), strands)
+        dp, dq = derivative(strands, refined)
+        determinant = cross(dp, dq)
+        whole &= determinant != 0
+        refined += np.stack([cross(q - p, dq), cross(q - p, dp)]) / np.where(whole, determinant, np.inf)
+    near = np.all((np.abs(refined - places) < 0.1) & (refined >= 0) & (refined <= 1), axis=0)
+    return np.where(whole & near, refined, places)
 
 
 def _trim(cubics: FloatArray, crossing: Crossing) -> FloatArray:
     """Keep the larger of the two parts that meet in the crossing, with as many segments as before."""
-    count, i, j = len(cubics), crossing.first, crossing.second
-    if i == j:
-        inner = [_part(cubics[i], crossing.t, crossing.u)]
-    else:
-        inner = [_part(cubics[i], crossing.t, 1), *cubics[i + 1 : j], _part(cubics[j], 0, crossing.u)]
-    outer = [
-        _part(cubics[j], crossing.u, 1),
-        *cubics[j + 1 :],
-        *cubics[:i],
-        _part(cubics[i], 0, crossing.t),
-    ]
-    kept = inner if abs(signed_area(np.array(inner))) > abs(signed_area(np.array(outer))) else outer
-    point = (kept[0][0] + kept[-1][3]) / 2
-    kept[0] = np.concatenate([point[None], kept[0][1:]])
-    kept[-1] = np.concatenate([kept[-1][:3], point[None]])
+    count, i, j, t, u = len(cubics), crossing.first, crossing.second, crossing.t, crossing.u
+    parts = subsegment(cubics[[i, i, i, j, j]], [0, t, t, 0, u], [t, u, 1, u, 1])
+    inner = parts[1:2] if i == j else np.concatenate([parts[2:3], cubics[i + 1 : j], parts[3:4]])
+    outer = np.concatenate([parts[4:], cubics[j + 1 :], cubics[:i], parts[:1]])
+    kept = (inner if abs(signed_area(inner)) > abs(signed_area(outer)) else outer).copy()
+    kept[0, 0] = kept[-1, 3] = (kept[0, 0] + kept[-1, 3]) / 2
     if len(kept) > count:  # a loop of one segment: its two ends become one segment again
-        kept = [*kept[1:-1], _joined(kept[-1], kept[0])]
+        kept = np.concatenate([kept[1:-1], _joined(kept[-1], kept[0])[None]])
     while len(kept) < count:
-        k = int(np.argmax([np.hypot(*(cubic[3] - cubic[0])) for cubic in kept]))
-        kept[k : k + 1] = [_part(kept[k], 0, 0.5), _part(kept[k], 0.5, 1)]
-    turns = [np.roll(kept, turn, axis=0) for turn in range(count)]
-    return max(turns, key=lambda turned: int((turned == cubics).all(axis=(1, 2)).sum()))  # as many in place as can be
-
-
-def _part(cubic: FloatArray, begin: float, end: float) -> FloatArray:
-    """Return the cubic that runs along another from parameter `begin` to `end` (its blossom at the two)."""
-
-    def blossom(*ts: float) -> FloatArray:
-        points = cubic
-        for t in ts:
-            points = (1 - t) * points[:-1] + t * points[1:]
-        return points[0]
-
-    b, e = begin, end
-    return np.stack([blossom(b, b, b), blossom(b, b, e), blossom(b, e, e), blossom(e, e, e)])
+        k = int(np.argmax(np.hypot(*(kept[:, 3] - kept[:, 0]).T)))
+        kept = np.concatenate([kept[:k], subsegment(kept[k], [0, 0.5], [0.5, 1]), kept[k + 1 :]])
+    places = np.arange(count) - np.arange(count)[:, None]  # what comes to each place, by the turn
+    stays = (kept[places] == cubics).all(axis=(2, 3)).sum(axis=1)
+    return np.asarray(kept[places[np.argmax(stays)]])  # as many in place as can be
 
 
 def _joined(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -155,12 +138,3 @@ def _joined(first: FloatArray, second: FloatArray) -> FloatArray:
     ends = points[[0, -1]]
     handles = np.linalg.lstsq(weights[:, 1:3], points - weights[:, [0, 3]] @ ends, rcond=None)[0]
     return np.stack([ends[0], *handles, ends[1]])
-
-
-def _derivative(cubic: FloatArray, t: float) -> FloatArray:
-    steps = np.diff(cubic, axis=0)
-    return np.asarray(3 * ((1 - t) ** 2 * steps[0] + 2 * t * (1 - t) * steps[1] + t * t * steps[2]))
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -9,7 +9,6 @@ of an outline's subpaths is reversed, all are.
 from __future__ import annotations
 
 import heapq
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -44,9 +43,7 @@ def split(cubic: ArrayLike, count: int) -> FloatArray:
 
     Notes
     -----
-    With b(u, v, w) the blossom of the cubic (de Casteljau's three rounds of linear interpolation, each at its own
-    parameter), the piece between s and t has the control points b(s, s, s), b(s, s, t), b(s, t, t), b(t, t, t): it is
-    exact whatever s and t are. That the lengths are equal is only as exact as `CHORDS` chords measure them.
+    The pieces are exact; that their lengths are equal is only as exact as `CHORDS` chords measure them.
     """
     cubic = np.asarray(cubic, dtype=np.float64)
     parameters = np.linspace(0, 1, CHORDS + 1)
@@ -54,12 +51,7 @@ def split(cubic: ArrayLike, count: int) -> FloatArray:
     knots = np.linspace(0, 1, count + 1)
     if lengths[-1] > 0:
         knots[1:-1] = np.interp(knots[1:-1] * lengths[-1], lengths, parameters)
-    return np.stack(
-        [
-            [_blossom(cubic, *arguments) for arguments in ((s, s, s), (s, s, t), (s, t, t), (t, t, t))]
-            for s, t in itertools.pairwise(knots.tolist())
-        ]
-    )
+    return bezier.subsegment(cubic, knots[:-1], knots[1:])
 
 
 def subdivide(cubics: ArrayLike, count: int) -> FloatArray:
@@ -215,9 +207,3 @@ def _chords(cubics: FloatArray) -> FloatArray:
     points = bezier.evaluate(cubics, np.linspace(0, 1, CHORDS + 1))
     lengths: FloatArray = np.linalg.norm(np.diff(points, axis=-2), axis=-1)
     return lengths
-
-
-def _blossom(cubic: FloatArray, u: float, v: float, w: float) -> FloatArray:
-    for parameter in (u, v, w):
-        cubic = (1 - parameter) * cubic[:-1] + parameter * cubic[1:]
-    return cubic[0]

@@ -70,10 +70,10 @@ def untangles_now(state: State) -> bool:
 def untangle_outlines(state: State) -> None:
     """Take the loops out of all outlines that may change; for Adam, what moves is new."""
     drawing = state.drawing
-    points, cubics, locked = drawing.points.copy(), drawing.cubics, state.locked_segments
-    for first, end in itertools.pairwise(drawing.subpath_offsets):
-        if not locked[first]:
-            points[first:end] = untangle(cubics[first:end])[:, :3]
+    points, cubics, free = drawing.points.copy(), drawing.cubics, ~state.locked_segments
+    runs = [slice(first, end) for first, end in itertools.pairwise(drawing.subpath_offsets) if free[first]]
+    for run, outline in zip(runs, untangle([cubics[run] for run in runs]), strict=True):
+        points[run] = outline[:, :3]
     moved = (points != drawing.points).any(axis=(1, 2))
     if moved.any():
         state.points.forget(moved)

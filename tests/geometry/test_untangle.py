@@ -10,13 +10,22 @@ from support import drawings
 
 from livecl.geometry.bezier import evaluate, signed_area
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area
-from livecl.geometry.untangle import find_crossing, untangle
+from livecl.geometry.untangle import Crossing, find_crossings
+from livecl.geometry.untangle import untangle as untangle_all
 
 FloatArray = NDArray[np.float64]
 
 # A cubic that crosses itself: its handles change sides. The crossing is at the parameters t and 1 - t, on the axis of
 # symmetry x = 20, and what hangs above it is a drop.
 LOOP = np.array([(4.0, 36.0), (92.0, -2.0), (-52.0, -2.0), (36.0, 36.0)])
+
+
+def untangle(cubics: FloatArray) -> FloatArray:
+    return untangle_all([cubics])[0]
+
+
+def find_crossing(cubics: FloatArray) -> Crossing | None:
+    return find_crossings([cubics])[0]
 
 
 def _closed(path: FloatArray) -> FloatArray:
@@ -282,3 +291,14 @@ def test_the_same_outline_elsewhere_is_cut_alike() -> None:
     assert not np.array_equal(after, cubics)
     shift = np.array((64.0, -32.0))
     np.testing.assert_allclose(untangle(cubics + shift), after + shift, atol=1e-6)
+
+
+def test_many_outlines_at_once_are_each_alone() -> None:
+    rng = np.random.default_rng(4)
+    outlines = [_closed(rng.uniform(0, 30, size=(count, 3, 2))) for count in (1, 2, 5, 9, 3)]
+    outlines.insert(2, _closed(drawings.circle((20, 20), 9)))
+    together = untangle_all(outlines)
+    assert together[2] is outlines[2]
+    for outline, found in zip(outlines, together, strict=True):
+        np.testing.assert_array_equal(found, untangle(outline))
+    assert untangle_all([]) == []
