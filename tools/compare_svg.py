@@ -1,18 +1,11 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Compare how SVG files are read with how resvg shows them.
+"""Measure how a drawing's picture differs from another renderer's, in premultiplied RGBA.
 
-Each file is read, rendered, and compared with resvg's picture of the file itself, in premultiplied RGBA. Renderers
-differ where outlines cross pixels, so the squared difference is given per pixel of outline (`edge`), and the largest
-difference (`flat`, in levels of 255) where no outline is within a pixel. Files worst first, those read without a
-warning before the others; then how many differ.
+Renderers differ where outlines cross pixels, so the squared difference is given per pixel of outline (`edge`), and the
+largest difference (`flat`, in levels of 255) where no outline is within a pixel. tools/sweep_svg.py sweeps folders.
 """
 
-import argparse
-import dataclasses
 import sys
-import warnings
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +17,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import livecl
 from livecl.drawing.drawing import Drawing
-from livecl.errors import SvgError
 from livecl.geometry import bezier
 from livecl.rendering.rasterizer import render
 
@@ -34,27 +26,7 @@ from livecl.rendering.rasterizer import render
 EDGE = 0.125**2
 #: Largest difference elsewhere, levels of 255: both round a colour, and resvg each blending.
 FLAT = 2.5
-#: Largest side compared, px.
-MAX_SIDE = 2048
-
 FloatArray = NDArray[np.float64]
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Comparison:
-    """A file: what was read, what was not, and the difference from resvg's picture."""
-
-    path: Path
-    layers: int = 0
-    warning: str = ""
-    mse: float = 0.0
-    edge: float = 0.0
-    flat: float = 0.0
-
-    @property
-    def differs(self) -> bool:
-        """Whether the pictures differ by more than antialiasing and rounding."""
-        return self.edge > EDGE or self.flat > FLAT
 
 
 def outline_pixels(drawing: Drawing) -> NDArray[np.bool_]:
@@ -69,11 +41,27 @@ def outline_pixels(drawing: Drawing) -> NDArray[np.bool_]:
     return mask
 
 
-def shown_by_resvg(text: str) -> FloatArray:
-    """Return resvg's picture of an SVG in premultiplied RGBA: (H, W, 4)."""
+def shown_by_resvg(
+    svg: str | bytes, folder: Path | None = None, width: int | None = None, height: int | None = None
+) -> FloatArray:
+    """Return resvg's picture of an SVG in premultiplied RGBA: (H, W, 4).
+
+    Parameters
+    ----------
+    svg : str or bytes
+        The SVG.
+    folder : path, optional
+        Where files that it refers to lie.
+    width, height : int, optional
+        Size of the picture, px; the SVG's own where not given.
+    """
     import resvg_py
 
-    return premultiplied(livecl.read_image(bytes(resvg_py.svg_to_bytes(svg_string=text, dpi=96))))
+    text = svg if isinstance(svg, str) else svg.decode("utf-8")
+    shown = resvg_py.svg_to_bytes(
+        svg_string=text, dpi=96, resources_dir=None if folder is None else str(folder), width=width, height=height
+    )
+    return premultiplied(livecl.read_image(bytes(shown)))
 
 
 def premultiplied(image: NDArray[Any]) -> FloatArray:
@@ -89,79 +77,21 @@ def rendered(drawing: Drawing) -> FloatArray:
     return image if image.shape[2] == 4 else premultiplied(image)
 
 
-def differences(drawing: Drawing, picture: FloatArray) -> tuple[float, float, float]:
+def differences(
+    drawing: Drawing, picture: FloatArray, ignored: NDArray[np.bool_] | None = None
+) -> tuple[float, float, float]:
     """Return the mean squared difference, that per pixel of outline, and the largest away from outlines in levels.
 
-    A canvas of a fractional size is rounded up here and rounded there: what both show is compared.
+    A canvas of a fractional size is rounded up here and rounded there: what both show is compared, without the pixels
+    `ignored` (H, W).
     """
     height, width = np.minimum(drawing.size, picture.shape[:2])
     if np.abs(np.subtract(drawing.size, picture.shape[:2])).max() > 1:
         raise ValueError(f"sizes {drawing.size} and {picture.shape[:2]}")
-    image, picture = rendered(drawing)[:height, :width], picture[:height, :width]
-    squares = np.square(image - picture).mean(axis=2)
+    compared = np.ones((height, width), bool) if ignored is None else ~ignored[:height, :width]
+    error = (rendered(drawing)[:height, :width] - picture[:height, :width]) * compared[..., None]
+    squares = np.square(error).mean(axis=2)
     crossed = outline_pixels(drawing)[:height, :width]
     near = ndimage.binary_dilation(crossed, np.ones((3, 3)))
     edge = float(squares[near].sum() / max(1, crossed.sum()))
-    return float(squares.mean()), edge, float(255 * np.abs(image - picture)[~near].max(initial=0))
-
-
-def compare(path: Path) -> Comparison:
-    """Read and compare a file."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        try:
-            drawing = livecl.read_svg(path)
-        except SvgError as error:
-            return Comparison(path=path, warning=f"refused: {str(error).removeprefix(f'{path}: ')}")
-    warning = "; ".join(str(item.message).partition("paths: ")[2] for item in caught)
-    facts = {"path": path, "layers": drawing.num_layers}
-    if max(drawing.size) > MAX_SIDE:
-        return Comparison(**facts, warning="not compared: too large")
-    try:
-        picture = shown_by_resvg(path.read_text(encoding="utf-8"))
-        mse, edge, flat = differences(drawing, picture)
-    except (ValueError, UnicodeDecodeError) as error:
-        return Comparison(**facts, warning=f"not compared: {error}")
-    return Comparison(**facts, warning=warning, mse=mse, edge=edge, flat=flat)
-
-
-def files(folders: Iterable[Path], every: int) -> list[Path]:
-    """Return each `every`-th SVG file of the folders, links left out."""
-    found = [
-        path
-        for folder in folders
-        for path in ([folder] if folder.is_file() else sorted(folder.rglob("*.svg")))
-        if path.is_file() and not path.is_symlink()
-    ]
-    return found[::every]
-
-
-def main() -> int:
-    """Print the table; return 1 if a file differs without a warning."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="SVG files, or folders of them")
-    parser.add_argument("--every", type=int, default=1, metavar="N", help="only each N-th file")
-    parser.add_argument("--rows", type=int, default=20, metavar="N", help="rows of the table")
-    arguments = parser.parse_args()
-    found = [compare(path) for path in files(arguments.folders, arguments.every)]
-    found.sort(key=lambda item: (bool(item.warning), -item.edge, -item.flat))
-    print("| file | layers | MSE | edge | flat | not read |\n|---|--:|--:|--:|--:|---|")
-    for item in found[: arguments.rows]:
-        facts = f"{item.layers} | {item.mse:.2g} | {item.edge:.2g} | {item.flat:.1f} | {item.warning[:200]}"
-        print(f"| {item.path} | {facts} |")
-    plain = [item for item in found if not item.warning]
-    differing = [item for item in plain if item.differs]
-    refused = sum(item.warning.startswith("refused") for item in found)
-    apart = sum(item.warning.startswith("not compared") for item in found)
-    print(
-        f"\n{len(found)} files: {len(plain)} read in full, {len(differing)} of them shown otherwise; "
-        f"{len(found) - len(plain) - refused - apart} with a warning, {refused} refused, {apart} not compared."
-    )
-    if plain:
-        print(f"Read in full: median MSE {np.median([item.mse for item in plain]):.2g}, ", end="")
-        print(f"edge {np.median([item.edge for item in plain]):.2g}, worst {max(item.edge for item in plain):.2g}.")
-    return 1 if differing else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return float(squares.mean()), edge, float(255 * np.abs(error)[~near].max(initial=0))
