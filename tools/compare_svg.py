@@ -59,7 +59,12 @@ def shown_by_resvg(
 
     text = svg if isinstance(svg, str) else svg.decode("utf-8")
     shown = resvg_py.svg_to_bytes(
-        svg_string=text, dpi=96, resources_dir=None if folder is None else str(folder), width=width, height=height
+        svg_string=text,
+        dpi=96,
+        languages=["en"],
+        resources_dir=None if folder is None else str(folder),
+        width=width,
+        height=height,
     )
     return premultiplied(livecl.read_image(bytes(shown)))
 

@@ -114,7 +114,9 @@ def outcome(path: Path) -> Outcome:
         ignored = frame_pixels(path, picture.shape[:2]) if has_frame else None
         mse, edge, flat = differences(drawing, picture, ignored)
     except ValueError as error:
-        return Outcome(**facts | {"message": message or f"not compared: {error}"}, kind="warned" if message else "apart")
+        return Outcome(
+            **facts | {"message": message or f"not compared: {error}"}, kind="warned" if message else "apart"
+        )
     found = Outcome(**facts, kind="warned", mse=mse, edge=edge, flat=flat)
     return found if message else dataclasses.replace(found, kind="wrong" if found.differs else "right")
 

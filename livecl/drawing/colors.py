@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-import colorsys
+import functools
 import math
-import re
 import reprlib
 
 import numpy as np
@@ -17,42 +16,29 @@ FloatArray = NDArray[np.float64]
 #: Longest text read as a colour, characters.
 MAX_TEXT = 200
 
-_HEX = re.compile(r"#([0-9a-f]{3,4}|[0-9a-f]{6}|[0-9a-f]{8})")
-_FUNCTION = re.compile(r"(rgb|hsl)a?\(([^()]*)\)")
 
-
+@functools.lru_cache(maxsize=4096)
 def parse_rgba(text: str) -> Rgba:
-    """Return the straight RGBA in [0, 1] of a CSS colour: a name, ``#`` and 3, 4, 6 or 8 digits, ``rgb()``, ``hsl()``.
+    """Return the straight RGBA in [0, 1] of a CSS colour: a name, ``#`` and digits, ``rgb()``, ``hsl()``, ``hwb()``.
 
     Raises
     ------
     ValueError
         If `text` is no such colour.
     """
-    from PIL import ImageColor
+    from tinycss2 import color4
 
-    word = text.strip().lower() if len(text) <= MAX_TEXT else ""
-    if word == "transparent":
-        return 0.0, 0.0, 0.0, 0.0
-    if word in ImageColor.colormap:
-        red, green, blue = ImageColor.getrgb(word)[:3]
-        return red / 255, green / 255, blue / 255, 1.0
-    if match := _HEX.fullmatch(word):
-        digits = match[1] if len(match[1]) > 4 else "".join(2 * digit for digit in match[1])
-        levels = bytes.fromhex(digits.ljust(8, "f"))
-        return levels[0] / 255, levels[1] / 255, levels[2] / 255, levels[3] / 255
-    if match := _FUNCTION.fullmatch(word):
-        parts = re.split(r"\s*[,/]\s*|\s+", match[2].strip())
-        if len(parts) in (3, 4):
-            try:
-                alpha = share(parts[3]) if len(parts) == 4 else 1.0
-                if match[1] == "rgb":
-                    return share(parts[0], 255.0), share(parts[1], 255.0), share(parts[2], 255.0), alpha
-                hue = float(parts[0].removesuffix("deg")) / 360 % 1
-                if math.isfinite(hue):
-                    return (*colorsys.hls_to_rgb(hue, share(parts[2], 100.0), share(parts[1], 100.0)), alpha)
-            except ValueError:
-                pass  # a part that is no number: reported like any other text that is no colour
+    try:
+        color = color4.parse_color(text.strip()) if len(text) <= MAX_TEXT else None
+        if isinstance(color, color4.Color):
+            if color.space == "hsl":
+                hue, saturation, lightness = (coordinate or 0.0 for coordinate in color.coordinates)
+                color = color4.Color("hsl", (hue, min(saturation, 100.0), lightness), color.alpha)
+            red, green, blue, alpha = color.to("srgb")
+            if math.isfinite(red + green + blue + alpha):
+                return _clip(red), _clip(green), _clip(blue), _clip(alpha)
+    except (ValueError, NotImplementedError):
+        pass  # color() without arguments, and colour spaces that are not converted: like text that is no colour
     raise ValueError(
         f"got {text[:MAX_TEXT]!r}, wanted a colour: a CSS name such as 'white', '#rgb', '#rrggbb' or 'rgb(r, g, b)'"
     )
@@ -83,6 +69,10 @@ def share(text: str, whole: float = 1.0) -> float:
     value = float(text[:-1]) / 100 if text.endswith("%") else float(text) / whole
     if math.isnan(value):
         raise ValueError(f"got {reprlib.repr(text)}, wanted a number or a percentage")
+    return _clip(value)
+
+
+def _clip(value: float) -> float:
     return min(max(value, 0.0), 1.0)
 
 

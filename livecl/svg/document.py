@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import collections
 import os
 import re
 from pathlib import Path
@@ -17,6 +18,12 @@ from livecl.svg.writer import SVG_NAMESPACE
 MAX_BYTES = 50_000_000
 #: Deepest nesting followed.
 MAX_DEPTH = 100
+#: Most elements read.
+MAX_ELEMENTS = 100_000
+#: XML entities: most of them, how deep they may refer to each other, and what they expand to together, characters.
+MAX_ENTITIES, MAX_ENTITY_DEPTH, MAX_EXPANSION = 500, 8, 5_000_000
+#: Longest default value of an attribute that a document type declares, characters: each element may take it.
+MAX_DEFAULT = 200
 
 
 def read_document(source: str | os.PathLike[str] | bytes) -> tuple[str, bytes]:
@@ -37,12 +44,13 @@ def parse_document(data: bytes) -> ElementTree.Element:
     Raises
     ------
     ValueError
-        If it is too large or nested too deep, not a whole XML document, no SVG, or refers to entities or other files.
+        If it is too large or nested too deep, not a whole XML document, no SVG, refers to other files, or has entities
+        that expand to much.
     """
     if len(data) > MAX_BYTES:
         raise ValueError(f"larger than {MAX_BYTES // 1_000_000} MB; remove embedded pictures or simplify its paths")
     try:
-        _guard().Parse(data, True)
+        _guard(data).Parse(data, True)
         root = ElementTree.fromstring(data)
     except (expat.ExpatError, ElementTree.ParseError, LookupError) as error:
         raise ValueError(f"not a whole XML document ({error}); save it again as plain SVG") from error
@@ -59,26 +67,42 @@ def tag_of(element: ElementTree.Element) -> str | None:
     return element.tag
 
 
-def _guard() -> expat.XMLParserType:
+def _guard(data: bytes) -> expat.XMLParserType:
     """Return a parser that builds nothing and refuses what could harm."""
-    depth = 0
+    depth = count = 0
+    entities: dict[str, str] = {}
 
-    def refuse_entity(*_: Any) -> None:
-        raise ValueError("declares XML entities, which are not read; save it as plain SVG")
+    def declare_entity(name: str, is_parameter: int, value: str | None, *_: Any) -> None:
+        if is_parameter or value is None:
+            raise ValueError("refers to XML entities in other files, which are not read; save it as plain SVG")
+        entities.setdefault(name, value)
+        if len(entities) > MAX_ENTITIES:
+            raise ValueError(f"declares more than {MAX_ENTITIES} XML entities; save it as plain SVG")
+
+    def declare_attribute(element: str, attribute: str, kind: str, default: str | None, required: int) -> None:
+        if default is not None and ("&" in default or len(default) > MAX_DEFAULT):
+            raise ValueError("declares long default values of attributes; save it as plain SVG")
 
     def refuse_definition(_: str, system_id: str | None, *__: Any) -> None:
         if system_id and not re.match(r"https?://www\.w3\.org/", system_id):
             raise ValueError("refers to a document type in another file; save it as plain SVG")
+
+    def check_entities() -> None:
+        if entities and _expanded_length(entities, data) > MAX_EXPANSION:
+            raise ValueError(f"its XML entities expand to more than {MAX_EXPANSION} characters; save it as plain SVG")
 
     def refuse_sheet(target: str, _: str) -> None:
         if target == "xml-stylesheet":
             raise ValueError("takes its style from another file; save it with the style inside")
 
     def enter(*_: Any) -> None:
-        nonlocal depth
+        nonlocal depth, count
         depth += 1
+        count += 1
         if depth > MAX_DEPTH:
             raise ValueError(f"nested deeper than {MAX_DEPTH}; ungroup it")
+        if count > MAX_ELEMENTS:
+            raise ValueError(f"more than {MAX_ELEMENTS} elements; simplify it first")
 
     def leave(_: str) -> None:
         nonlocal depth
@@ -86,8 +110,39 @@ def _guard() -> expat.XMLParserType:
 
     parser = expat.ParserCreate()
     parser.StartDoctypeDeclHandler = refuse_definition
-    parser.EntityDeclHandler = refuse_entity
+    parser.EndDoctypeDeclHandler = check_entities
+    parser.EntityDeclHandler = declare_entity
+    parser.AttlistDeclHandler = declare_attribute
     parser.ProcessingInstructionHandler = refuse_sheet
     parser.StartElementHandler = enter
     parser.EndElementHandler = leave
     return parser
+
+
+def _expanded_length(entities: dict[str, str], data: bytes) -> int:
+    """Return a bound on the characters that all references to entities in a document expand to.
+
+    Raises
+    ------
+    ValueError
+        If an entity refers to itself, or they nest deeper than is followed.
+    """
+    lengths: dict[str, int] = {}
+
+    def length(name: str, depth: int) -> int:
+        if depth > MAX_ENTITY_DEPTH:
+            raise ValueError(f"its XML entities nest deeper than {MAX_ENTITY_DEPTH}; save it as plain SVG")
+        if name not in lengths:
+            value = entities[name]
+            inner = [found for found in re.findall(r"&([^\s&;#]+);", value) if found in entities]
+            lengths[name] = len(value) + sum(length(found, depth + 1) for found in inner)
+        return lengths[name]
+
+    encoding = "utf-16" if b"\0" in data[:4] or data[:2] in (b"\xff\xfe", b"\xfe\xff") else "latin-1"
+    references = collections.Counter(re.findall(r"&([^\s&;#]+);", data.decode(encoding, "replace")))
+    by_latin = {name.encode().decode("latin-1"): name for name in entities} if encoding == "latin-1" else {}
+    return sum(
+        number * length(by_latin.get(name, name), 0)
+        for name, number in references.items()
+        if by_latin.get(name, name) in entities
+    )

@@ -4,26 +4,87 @@
 from __future__ import annotations
 
 import collections
+import functools
 import re
 from collections.abc import Mapping
+from typing import NamedTuple
+
+import tinycss2
 
 from livecl.drawing.colors import Rgba, parse_rgba, share
 
 _LEFT_OUT_PROPERTIES = {
+    "animation": "animations",
+    "animation-name": "animations",
+    "clip": "clips",
     "clip-path": "clips",
-    "mask": "masks",
     "filter": "filters",
+    "mask": "masks",
+    "mask-image": "masks",
     "mix-blend-mode": "blend modes",
     "marker": "markers",
     "marker-start": "markers",
     "marker-mid": "markers",
     "marker-end": "markers",
+    "offset-path": "transform properties",
+    "rotate": "transform properties",
+    "scale": "transform properties",
+    "translate": "transform properties",
+    "viewport-fill": "backgrounds",
 }
-_URL = re.compile(r"url\([^)]*\)\s*(.*)", re.DOTALL)
+_NOTHING = (None, "none", "normal", "auto", "")
+_OPACITIES = {"opacity", "fill-opacity", "stroke-opacity", "stop-opacity"}
+_WORDS = {
+    "fill-rule": {"nonzero", "evenodd"},
+    "visibility": {"visible", "hidden", "collapse"},
+}
+
+
+class Paint(NamedTuple):
+    """A paint as written: the id of a paint server, or None; the colour, "none", or None where only a server stands."""
+
+    server: str | None
+    color: str | None
+
+
+@functools.lru_cache(maxsize=4096)
+def parse_paint(text: str) -> Paint:
+    """Return a ``fill`` or ``stroke``; ValueError where it is none."""
+    tokens = [
+        token for token in tinycss2.parse_component_value_list(text) if token.type not in ("whitespace", "comment")
+    ]
+    server = None
+    if tokens and tokens[0].type == "url":
+        server = tokens.pop(0).value
+    elif tokens and tokens[0].type == "function" and tokens[0].lower_name == "url":
+        server = "".join(token.value for token in tokens.pop(0).arguments if token.type == "string")
+    if tokens and tokens[-1].type == "function" and tokens[-1].lower_name == "icc-color":
+        tokens.pop()  # after the colour in sRGB
+    rest = tinycss2.serialize(tokens).strip()
+    if rest.lower() not in ("none", "currentcolor") and (rest or server is None):
+        parse_rgba(rest)
+    return Paint(None if server is None else server.strip().removeprefix("#"), rest or None)
+
+
+def is_valid(name: str, value: str) -> bool:
+    """Return whether CSS knows a value of a property; True for properties that are not looked at here."""
+    try:
+        if name in ("fill", "stroke"):
+            parse_paint(value)
+        elif name in ("color", "stop-color"):
+            if value.lower() != "currentcolor":
+                parse_rgba(value)
+        elif name in _OPACITIES:
+            share(value)
+        elif name in _WORDS:
+            return value.lower() in _WORDS[name]
+    except ValueError:
+        return False
+    return True
 
 
 def fill_color(style: Mapping[str, str], opacity: float, left_out: collections.Counter[str]) -> Rgba | None:
-    """Return straight RGBA of the fill, None where nothing is filled; count in `left_out` what cannot be read.
+    """Return straight RGBA of the fill, None where nothing is filled; count in `left_out` what is not represented.
 
     Parameters
     ----------
@@ -34,22 +95,29 @@ def fill_color(style: Mapping[str, str], opacity: float, left_out: collections.C
     left_out : Counter
         Kinds of what is not represented.
     """
-    paint = style.get("fill", "black").strip()
-    if match := _URL.fullmatch(paint):
+    paint = parse_paint(style.get("fill", "black"))
+    if paint.server is not None:
         left_out["gradient or pattern fills"] += 1
-        paint = match[1].strip() or "none"
-    if paint.lower() == "currentcolor":
-        paint = style.get("color", "black")
-    if paint == "none":
+    if "icc-color" in style.get("fill", ""):
+        left_out["colours of ICC profiles"] += 1
+    return solid_color(paint.color or "none", style, opacity)
+
+
+def solid_color(color: str, style: Mapping[str, str], opacity: float) -> Rgba | None:
+    """Return straight RGBA of a fill of one colour; None for ``none``."""
+    if color.lower() == "currentcolor":
+        color = style.get("color", "black")
+    if color.lower() == "none":
         return None
-    try:
-        red, green, blue, alpha = parse_rgba(paint)
-    except ValueError:
-        left_out["unknown colours read as black"] += 1
-        red, green, blue, alpha = 0.0, 0.0, 0.0, 1.0
+    red, green, blue, alpha = (0.0, 0.0, 0.0, 1.0) if color.lower() == "currentcolor" else parse_rgba(color)
     opacity *= alpha * opacity_of(style.get("fill-opacity"))
-    level = round(opacity * 255) / 255  # a saved opacity is a multiple of 1/255, written to five decimals
-    return red, green, blue, level if abs(opacity - level) < 6e-6 else opacity
+    return red, green, blue, as_saved(opacity)
+
+
+def as_saved(opacity: float) -> float:
+    """Return an opacity, made equal to the multiple of 1/255 that five decimals of it stand for, where one does."""
+    level = round(opacity * 255) / 255
+    return level if abs(opacity - level) < 6e-6 else opacity
 
 
 def opacity_of(text: str | None) -> float:
@@ -63,18 +131,26 @@ def opacity_of(text: str | None) -> float:
 def is_stroked(style: Mapping[str, str]) -> bool:
     """Return whether an outline would be drawn."""
     return (
-        style.get("stroke", "none") not in ("none", "transparent")
+        style.get("stroke", "none").lower() not in ("none", "transparent")
         and opacity_of(style.get("stroke-opacity")) > 0
         and re.fullmatch(r"[0.]*[a-z%]*", style.get("stroke-width", "1").strip()) is None
     )
+
+
+def background_color(own: Mapping[str, str], left_out: collections.Counter[str]) -> Rgba | None:
+    """Return straight RGBA of the canvas that a root element's style paints; None for a transparent one."""
+    color = own.get("background-color", own.get("background", "transparent")).lower()
+    if color in ("none", "initial"):
+        return None
+    try:
+        rgba = parse_rgba(own.get("color", "black") if color == "currentcolor" else color)
+    except ValueError:
+        left_out["backgrounds"] += 1
+        return None
+    return None if rgba[3] == 0 else rgba
 
 
 def count_left_out(own: Mapping[str, str], left_out: collections.Counter[str]) -> None:
     """Count an element's properties that a `Drawing` cannot represent."""
     for kind in {_LEFT_OUT_PROPERTIES[name] for name in _LEFT_OUT_PROPERTIES if own.get(name) not in _NOTHING}:
         left_out[kind] += 1
-    if own.get("transform-origin") is not None and own.get("transform", "none") not in _NOTHING:
-        left_out["transform origins"] += 1
-
-
-_NOTHING = (None, "none", "normal", "")

@@ -16,7 +16,8 @@ from livecl.drawing.drawing import Drawing
 from livecl.errors import SvgError, readable
 from livecl.geometry import bezier
 from livecl.svg.document import parse_document, read_document
-from livecl.svg.walker import Layer, Walker
+from livecl.svg.layer import Layer
+from livecl.svg.walker import Walker
 from livecl.svg.writer import MAX_PRECISION
 
 #: What a side of the canvas may exceed whole pixels by without one more, px: converted units are off by so little.

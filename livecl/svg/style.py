@@ -1,100 +1,212 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Style declarations of SVG: simple style sheets, what an element inherits."""
+"""The cascade of SVG: style sheets, style attributes and presentation attributes to each element's properties."""
 
 from __future__ import annotations
 
+import collections
+import functools
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from typing import Any
 from xml.etree.ElementTree import Element
 
-#: Properties that an element takes from its parent where it does not state them.
-INHERITED = ("color", "fill", "fill-opacity", "fill-rule", "stroke", "stroke-opacity", "stroke-width", "visibility")
+import tinycss2
 
-_SELECTOR = re.compile(r"(\*|[a-zA-Z][\w-]*)?((?:[.#][\w-]+)*)")
+from livecl.svg.coordinates import is_length
+from livecl.svg.document import tag_of
+from livecl.svg.paint import is_valid
+from livecl.svg.selectors import Matcher
 
+#: Properties that an element takes from its parent where it does not state them, with their initial values.
+INHERITED = {
+    "color": "black",
+    "fill": "black",
+    "fill-opacity": "1",
+    "fill-rule": "nonzero",
+    "font-size": "medium",
+    "shape-rendering": "auto",
+    "stroke": "none",
+    "stroke-opacity": "1",
+    "stroke-width": "1",
+    "visibility": "visible",
+}
+#: Deepest nesting of brackets in CSS.
+MAX_NESTING = 32
 
-#: Most comparisons of elements with rules, so that no file takes minutes.
-MAX_COMPARISONS = 5_000_000
+_GEOMETRY = {"cx", "cy", "d", "height", "r", "rx", "ry", "width", "x", "y"}
+#: Properties that no attribute sets.
+_ONLY_CSS = {
+    "animation",
+    "animation-name",
+    "background",
+    "background-color",
+    "font",
+    "isolation",
+    "mask-image",
+    "mix-blend-mode",
+    "offset-path",
+    "rotate",
+    "scale",
+    "translate",
+}
+#: Properties that are read, or whose absence from a drawing is said.
+_PROPERTIES = (
+    INHERITED.keys()
+    | _GEOMETRY
+    | _ONLY_CSS
+    | {"clip", "clip-path", "display", "filter", "marker", "marker-end", "marker-mid", "marker-start", "mask"}
+    | {"opacity", "overflow", "stop-color", "stop-opacity", "transform", "transform-box", "transform-origin"}
+    | {"viewport-fill"}
+)
+_WIDE = {"inherit", "initial", "unset", "revert", "revert-layer"}
+#: At-rules that change no shape's fill, outline or place.
+_HARMLESS = {"charset", "color-profile", "counter-style", "font-face", "font-feature-values", "page", "property"}
+#: Media queries that a picture on a light page answers: True, or False.
+_MEDIA = {
+    **dict.fromkeys(("", "all", "screen", "only screen", "(prefers-color-scheme: light)"), True),
+    **dict.fromkeys(("print", "speech", "braille", "embossed", "handheld", "projection", "tty", "tv", "aural"), False),
+    **dict.fromkeys(("not all", "not screen", "(prefers-color-scheme: dark)"), False),
+}
 
-_Declarations = dict[str, str]
+#: (property, value, whether it is important) of each declaration.
+_Declarations = tuple[tuple[str, str, bool], ...]
 
 
 class StyleSheet:
-    """Rules of a document's ``<style>`` elements whose selectors are ``*``, ``tag``, ``.class``, ``#id`` or joined so.
+    """The style sheets of a document, and what each element's properties are.
 
     Parameters
     ----------
-    texts : iterable of str
-        Text of each ``<style>`` element, in document order.
+    root : Element
+        The ``<svg>`` element.
+    left_out : Counter
+        Where what cannot be read is counted.
+
+    Raises
+    ------
+    ValueError
+        If a sheet nests brackets too deep, or sheets take too much work.
     """
 
-    def __init__(self, texts: Iterable[str]) -> None:
-        self.num_unknown = 0
-        """Number of rules that were not understood: combinators, pseudo-classes, at-rules."""
-        self._num_comparisons = 0
-        self._rules: list[tuple[tuple[int, int], str, frozenset[str], tuple[_Declarations, _Declarations]]] = []
-        for text in texts:
-            text = re.sub(r"/\*.*?(\*/|$)|@charset[^;{}]*;", " ", text, flags=re.DOTALL)
-            text, num_statements = re.subn(r"@[^;{}]*;", " ", text)
-            self.num_unknown += num_statements
-            for rule in text.split("}"):
-                selectors, brace, body = rule.partition("{")
-                if brace:
-                    self._add(selectors, _declarations(body))
-                elif selectors.strip():
-                    self.num_unknown += 1
-        self._rules.sort(key=lambda rule: rule[0])  # stable: later rules win among equals
-
-    def _add(self, selectors: str, declarations: tuple[_Declarations, _Declarations]) -> None:
-        for selector in selectors.split(","):
-            match = _SELECTOR.fullmatch(selector.strip())
-            if not match or not selector.strip():
-                self.num_unknown += 1
+    def __init__(self, root: Element, left_out: collections.Counter[str]) -> None:
+        self._left_out = left_out
+        self._matcher = Matcher(root)
+        for element in root.iter():
+            if tag_of(element) != "style" or not _is_css(element.get("type")):
                 continue
-            marks = frozenset(re.findall(r"[.#][\w-]+", match[2]))
-            tag = match[1] if match[1] and match[1] != "*" else ""
-            num_ids = sum(mark[0] == "#" for mark in marks)
-            weight = (num_ids, 2 * (len(marks) - num_ids) + bool(tag))
-            self._rules.append((weight, tag, marks, declarations))
+            if self._applies(element.get("media", "")):
+                text = "".join(element.itertext())
+                _check_nesting(text)
+                self._add(tinycss2.parse_stylesheet(text, skip_comments=True, skip_whitespace=True), {})
 
-    def declarations(self, element: Element, tag: str) -> dict[str, str]:
-        """Return an element's own properties.
+    def _add(self, rules: list[Any], namespaces: dict[str | None, str]) -> None:
+        for rule in rules:
+            if rule.type == "qualified-rule":
+                declarations, whole = _declarations_of(rule.content)
+                if not self._matcher.add(rule.prelude, namespaces, declarations) or not whole:
+                    self._left_out["style rules"] += 1
+            elif rule.type == "at-rule" and rule.lower_at_keyword == "media" and rule.content is not None:
+                if self._applies(tinycss2.serialize(rule.prelude)):
+                    content = tinycss2.parse_rule_list(rule.content, skip_comments=True, skip_whitespace=True)
+                    self._add(content, namespaces)
+            elif rule.type == "at-rule" and rule.lower_at_keyword == "namespace":
+                names = [token for token in rule.prelude if token.type not in ("whitespace", "comment")]
+                url = next((token.value for token in names if token.type in ("string", "url")), "")
+                namespaces[names[0].value if names and names[0].type == "ident" else None] = url
+            elif rule.type != "at-rule" or rule.lower_at_keyword not in _HARMLESS:
+                keyframes = rule.type == "at-rule" and rule.lower_at_keyword.endswith("keyframes")
+                self._left_out["animations" if keyframes else "style rules"] += 1
+
+    def _applies(self, queries: str) -> bool:
+        """Whether a picture on a light page answers one of some media queries; one that is not understood does not."""
+        found = False
+        for query in queries.split(","):
+            words = " ".join(query.lower().replace(":", ": ").split())
+            if words not in _MEDIA:
+                self._left_out["style rules"] += 1
+            found = found or _MEDIA.get(words, False)
+        return found
+
+    def properties(self, element: Element, parent: Mapping[str, str]) -> dict[str, str]:
+        """Return the attributes of an element, and its properties as its attributes and the sheets state them.
 
         From the weakest: its attributes, rules that match, its style attribute, and what is ``!important`` of both.
+        Values that CSS does not know are ignored and counted.
+
+        Parameters
+        ----------
+        element : Element
+            An element of the document.
+        parent : mapping of str
+            Properties of the element around it, for ``inherit``.
         """
-        self._num_comparisons += len(self._rules)
-        if self._num_comparisons > MAX_COMPARISONS:
-            raise ValueError(f"{len(self._rules)} style rules for too many elements; save it without a style sheet")
-        own = {name: value.strip() for name, value in element.attrib.items() if not name.startswith("{")}
-        marks = {f".{name}" for name in own.get("class", "").split()} | {f"#{own.get('id', '')}"}
-        matching = [
-            declarations
-            for _, wanted_tag, wanted_marks, declarations in self._rules
-            if wanted_tag in ("", tag) and wanted_marks <= marks
-        ]
+        own: dict[str, str] = {}
+        for name, value in element.attrib.items():
+            if not name.startswith("{") and name not in _ONLY_CSS:
+                self._state(own, name, value.strip())
+        declared: list[_Declarations] = self._matcher.payloads(element)
         if "style" in own:
-            matching.append(_declarations(own["style"]))
-        for important in (False, True):
-            for declarations in matching:
-                own.update(declarations[important])
+            declared.append(_declarations(own["style"]))
+        if declared:
+            for important in (False, True):
+                for name, value, is_important in (item for declarations in declared for item in declarations):
+                    if is_important == important:
+                        self._state(own, name, value, is_css=True)
+        for name in [name for name, value in own.items() if value in _WIDE and name in _PROPERTIES]:
+            word = own.pop(name)
+            if word == "initial" and name in INHERITED:
+                own[name] = INHERITED[name]
+            elif word == "inherit" and name not in INHERITED.keys() | _GEOMETRY and name in parent:
+                own[name] = parent[name]
         return own
+
+    def _state(self, own: dict[str, str], name: str, value: str, is_css: bool = False) -> None:
+        if value.lower() in _WIDE and name in _PROPERTIES:
+            own[name] = value.lower()
+        elif is_valid(name, value) and not (is_css and name in _GEOMETRY - {"d"} and not is_length(value)):
+            own[name] = value
+        else:
+            colors = name in ("fill", "stroke", "color", "stop-color")
+            self._left_out["unknown colours" if colors else "unknown values of properties"] += 1
 
 
 def inherit(parent: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
-    """Return the inherited properties of an element with its own declarations applied."""
+    """Return the inherited properties of an element with its own applied."""
     style = dict(parent)
     for name in INHERITED:
-        if own.get(name, "inherit") != "inherit":
+        if name in own:
             style[name] = own[name]
     return style
 
 
-def _declarations(text: str) -> tuple[_Declarations, _Declarations]:
-    """Return the declarations of a rule or a style attribute, those that are ``!important`` apart."""
-    found: tuple[_Declarations, _Declarations] = {}, {}
-    for declaration in text.split(";"):
-        name, colon, value = declaration.partition(":")
-        value, mark, _ = value.partition("!")
-        if colon:
-            found[bool(mark)][name.strip().lower()] = value.strip()
-    return found
+def _is_css(kind: str | None) -> bool:
+    return kind is None or kind.partition(";")[0].strip().lower() in ("", "text/css")
+
+
+@functools.lru_cache(maxsize=4096)
+def _declarations(text: str) -> _Declarations:
+    """Return the declarations of a style attribute."""
+    _check_nesting(text)
+    return _declarations_of(text)[0]
+
+
+def _declarations_of(content: Any) -> tuple[_Declarations, bool]:
+    """Return the declarations of a block, and whether there was nothing but declarations in it."""
+    found, whole = [], True
+    for node in tinycss2.parse_blocks_contents(content, skip_comments=True, skip_whitespace=True):
+        if node.type != "declaration":
+            whole = whole and node.type == "error"  # which CSS ignores
+        elif node.lower_name in _PROPERTIES:
+            value = [token for token in node.value if token.type != "comment"]
+            found.append((node.lower_name, tinycss2.serialize(value).strip(), node.important))
+    return tuple(found), whole
+
+
+def _check_nesting(text: str) -> None:
+    """Refuse CSS whose brackets nest deeper than functions that walk them can follow."""
+    depth = deepest = 0
+    for bracket in re.findall(r"[(\[{)\]}]", text):
+        depth = depth + 1 if bracket in "([{" else max(0, depth - 1)
+        deepest = max(deepest, depth)
+    if deepest > MAX_NESTING:
+        raise ValueError(f"style sheets with brackets nested deeper than {MAX_NESTING}; save it without a style sheet")

@@ -5,65 +5,57 @@ from __future__ import annotations
 
 import collections
 import dataclasses
-import functools
-import re
 from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.drawing.colors import Rgba
-from livecl.geometry import bezier
-from livecl.svg import shapes as svg_outline
-from livecl.svg.coordinates import canvas_size, length_in_pixels, transform_matrix, translation, view_box, view_matrix
-from livecl.svg.document import MAX_DEPTH, tag_of
+from livecl.svg import path_data, shapes
+from livecl.svg.conditions import is_shown
+from livecl.svg.coordinates import (
+    Units,
+    canvas_size,
+    font_size,
+    length_in_pixels,
+    transform_matrix,
+    transform_origin,
+    translation,
+    view_box,
+    view_matrix,
+)
+from livecl.svg.document import MAX_DEPTH, MAX_ELEMENTS, tag_of
 from livecl.svg.fill_rule import nonzero_from_even_odd
-from livecl.svg.paint import count_left_out, fill_color, is_stroked, opacity_of
+from livecl.svg.layer import Layer, is_upright, layer_name, overlap, reach_over, stage_match
+from livecl.svg.paint import background_color, count_left_out, fill_color, is_stroked, opacity_of
 from livecl.svg.style import StyleSheet, inherit
-from livecl.svg.writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE, name_from_id
 
 FloatArray = NDArray[np.float64]
 
-#: Most path data read, characters: some ten thousand to hundred thousand segments.
-MAX_PATH_DATA = 2_000_000
-#: Most elements visited, counted anew each time a <use> shows them.
-MAX_ELEMENTS = 100_000
-#: Most layers of a translucent group that are compared with each other; more count as overlapping.
-MAX_COMPARED = 1000
+#: Most path data read, characters: some hundred thousand segments.
+MAX_PATH_DATA = 5_000_000
 
 _CONTAINERS = {"svg", "g", "a", "switch", "symbol"}
 _SHAPES = {"path", "rect", "circle", "ellipse", "polygon", "polyline", "line"}
-_LEFT_OUT = {"text": "text", "image": "images", "foreignObject": "foreign objects"}
+_LEFT_OUT = {
+    **{"text": "text", "textArea": "text", "image": "images", "foreignObject": "foreign objects"},
+    **{"video": "films", "animation": "animations"},
+}
 _KNOWN = _CONTAINERS | _SHAPES | _LEFT_OUT.keys() | {"use"}
-_STAGE_LABEL, _STAGE_ID = re.compile(r"stage (-?\d{1,9})"), re.compile(r"stage-(-?\d{1,9})(-\d+)?")
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Layer:
-    """A filled shape: closed subpaths (n, 4, 2), px; straight RGBA; stage; id; name."""
-
-    outline: list[FloatArray]
-    color: Rgba
-    stage: int
-    identifier: str
-    name: str
-
-    @functools.cached_property
-    def bounds(self) -> FloatArray:
-        """(x_min, y_min, x_max, y_max) of the control points."""
-        return bezier.hull_bounds(np.concatenate(self.outline).reshape(-1, 2))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Context:
-    """What an element takes from those around it."""
+    """What an element takes from those around it; `shown` has the elements that <use> shows around it."""
 
     matrix: FloatArray
     style: dict[str, str]
+    own: dict[str, str]
+    units: Units
     opacity: float
     stage: int
     viewport: tuple[float, float]
     depth: int
+    shown: tuple[Element, ...] = ()
 
 
 class Walker:
@@ -94,31 +86,37 @@ class Walker:
         self.layers: list[Layer] = []
         self._ids: dict[str, Element] = {}
         self._num_elements = self._num_characters = 0
-        sheets = []
-        for count, element in enumerate(root.iter(), 1):
-            if count > MAX_ELEMENTS:
-                raise ValueError(f"more than {MAX_ELEMENTS} elements; simplify it first")
+        for element in root.iter():
             tag = tag_of(element) or ""
             self._ids.setdefault(element.get("id", ""), element)
-            if tag == "style":
-                sheets.append("".join(element.itertext()))
-            elif tag == "set" or tag.startswith("animate"):
+            if tag == "set" or tag.startswith("animate"):
                 self.left_out["animations"] += 1
-        self._sheet = StyleSheet(sheets)
-        if self._sheet.num_unknown:
-            self.left_out["style rules"] = self._sheet.num_unknown
-        self.size = canvas_size(root)
-        start = _Context(matrix=np.eye(3), style={}, opacity=1.0, stage=0, viewport=self.size, depth=0)
+            elif tag == "script":
+                self.left_out["scripts"] += 1
+        self._sheet = StyleSheet(root, self.left_out)
+        own = self._sheet.properties(root, {})
+        size = font_size(own, Units())
+        units = Units(font=size, root_font=size, guesses=self.left_out)
+        self.size = canvas_size(root, own, units)
+        units = dataclasses.replace(units, canvas=self.size)
+        color = background_color(own, self.left_out)
+        if color is not None and own.get("display") != "none" and is_shown(root):
+            cover = shapes.rectangle_outline(0.0, 0.0, *self.size)
+            self.layers.append(Layer(outline=cover, color=color, stage=0, identifier="background", name="background"))
+        start = _Context(
+            matrix=np.eye(3), style={}, own={}, units=units, opacity=1.0, stage=0, viewport=self.size, depth=0
+        )
         self._walk(root, start)
 
-    def _walk(self, element: Element, around: _Context) -> None:
+    def _walk(self, element: Element, around: _Context, size: dict[str, str] | None = None) -> None:
+        """Walk an element; `size` has the width and height that a <use> states for it."""
         tag = tag_of(element)
-        if tag not in _KNOWN:
+        if tag not in _KNOWN or not is_shown(element):
             return
         self._num_elements += 1
         if self._num_elements > MAX_ELEMENTS or around.depth > MAX_DEPTH:
             raise ValueError(f"more than {MAX_ELEMENTS} elements, or nested deeper than {MAX_DEPTH}, counting <use>")
-        own = self._sheet.declarations(element, tag)
+        own = self._sheet.properties(element, around.own) | (size or {})
         if own.get("display") == "none":
             return
         if tag in _LEFT_OUT:
@@ -126,81 +124,101 @@ class Walker:
             return
         count_left_out(own, self.left_out)
         opacity = opacity_of(own.get("opacity"))
+        units = dataclasses.replace(around.units, font=font_size(own, around.units))
         here = dataclasses.replace(
             around,
-            matrix=around.matrix @ transform_matrix(own.get("transform")),
+            matrix=around.matrix @ self._transform(tag, own, around.viewport, units),
             style=inherit(around.style, own),
+            own=own,
+            units=units,
             opacity=around.opacity * opacity,
             depth=around.depth + 1,
+            shown=(*around.shown, element),
         )
         if tag in _SHAPES:
             self._add_shape(element, tag, own, here)
             return
         first = len(self.layers)
         if tag == "use":
-            self._walk_used(element, here)
+            self._walk_used(element, own, here)
         elif tag in ("svg", "symbol"):
-            self._walk_viewport(element, tag, own.get("overflow", "hidden"), here)
+            self._walk_viewport(element, tag, own, here)
         else:
             self._walk_children(element, here)
-        if opacity < 1 and _overlap(self.layers[first:]):
+        if opacity < 1 and overlap(self.layers[first:]):
             self.left_out["group opacity over overlapping shapes"] += 1
 
+    def _transform(
+        self, tag: str | None, own: dict[str, str], viewport: tuple[float, float], units: Units
+    ) -> FloatArray:
+        text = own.get("transform")
+        if not text or text == "none":
+            return np.eye(3)
+        matrix = transform_matrix(text, viewport, units)
+        if tag == "symbol":  # SVG 1.1 has none, SVG 2 does
+            self.left_out["transforms of symbols"] += 1
+        if "transform-origin" in own:
+            if own.get("transform-box", "view-box") not in ("view-box", "border-box"):
+                self.left_out["transform origins"] += 1
+            x, y = transform_origin(own["transform-origin"], viewport, units)
+            matrix = translation(x, y) @ matrix @ translation(-x, -y)
+        return matrix
+
     def _walk_children(self, element: Element, here: _Context) -> None:
-        if tag_of(element) == "g" and (stage := _stage(element)):
+        if tag_of(element) == "g" and (stage := stage_match(element)):
             here = dataclasses.replace(here, stage=int(stage[1]) - 1)
         children = [child for child in element if tag_of(child) in _KNOWN - {"symbol"}]
         if tag_of(element) == "switch":
-            children = [child for child in children if _is_for_us(child)][:1]
+            children = [child for child in children if is_shown(child)][:1]
         for child in children:
             self._walk(child, here)
 
-    def _walk_viewport(self, element: Element, tag: str, overflow: str, here: _Context) -> None:
+    def _walk_viewport(self, element: Element, tag: str, own: dict[str, str], here: _Context) -> None:
         """Walk the children of an ``<svg>`` or ``<symbol>``; count a clip where they reach over its edge."""
         width, height = here.viewport
-        matrix = here.matrix
+        matrix, units = here.matrix, here.units
         is_root = here.depth == 1
         if not is_root:
             if tag == "svg":
-                x = length_in_pixels(element.get("x"), 0.0, width)
-                y = length_in_pixels(element.get("y"), 0.0, height)
+                x = length_in_pixels(own.get("x"), 0.0, width, units)
+                y = length_in_pixels(own.get("y"), 0.0, height, units)
                 matrix = matrix @ translation(x, y)
-            width = length_in_pixels(element.get("width"), width, width)
-            height = length_in_pixels(element.get("height"), height, height)
+            width = length_in_pixels(own.get("width"), width, width, units)
+            height = length_in_pixels(own.get("height"), height, height, units)
         box = view_box(element)
         first = len(self.layers)
         viewport = (box[2], box[3]) if box else (width, height)
         inside = dataclasses.replace(here, matrix=matrix @ view_matrix(element, width, height), viewport=viewport)
         self._walk_children(element, inside)
-        clips = not is_root and overflow not in ("visible", "auto")
-        if clips and _reach_over(self.layers[first:], matrix, width, height):
+        clips = not is_root and own.get("overflow", "hidden") not in ("visible", "auto")
+        if clips and reach_over(self.layers[first:], matrix, width, height):
             self.left_out["clips"] += 1
 
-    def _walk_used(self, element: Element, here: _Context) -> None:
+    def _walk_used(self, element: Element, own: dict[str, str], here: _Context) -> None:
         target = element.get("href", element.get("{http://www.w3.org/1999/xlink}href", "")).strip()
-        if not target.startswith("#"):
+        if target and not target.startswith("#"):
             raise ValueError(f"<use> refers to {target[:60]!r}, outside the file; copy it into the file")
-        used = self._ids.get(target[1:])
+        used = self._ids.get(target[1:]) if target else None
         if used is None:
             self.left_out["references to nothing"] += 1
             return
+        if used in here.shown:
+            self.left_out["uses of themselves"] += 1
+            return
         width, height = here.viewport
-        x, y = length_in_pixels(element.get("x"), 0.0, width), length_in_pixels(element.get("y"), 0.0, height)
+        x = length_in_pixels(own.get("x"), 0.0, width, here.units)
+        y = length_in_pixels(own.get("y"), 0.0, height, here.units)
+        size = {}
         if tag_of(used) in ("symbol", "svg"):  # takes the size that <use> states
-            sides: dict[str, str] = {
-                name: element.attrib[name] for name in ("width", "height") if name in element.attrib
-            }
-            resized = Element(used.tag, {**used.attrib, **sides})
-            resized.extend(used)
-            used = resized
-        self._walk(used, dataclasses.replace(here, matrix=here.matrix @ translation(x, y)))
+            size = {name: own[name] for name in ("width", "height") if own.get(name, "auto") != "auto"}
+        self._walk(used, dataclasses.replace(here, matrix=here.matrix @ translation(x, y)), size)
 
     def _add_shape(self, element: Element, tag: str, own: dict[str, str], here: _Context) -> None:
         if here.style.get("visibility", "visible") != "visible":
             return
         identifier = element.get("id", "")
         try:
-            outline = svg_outline.transformed(self._outline(tag, own, here.viewport), here.matrix)
+            outline = shapes.transformed(self._outline(tag, own, here), here.matrix)
             if not all(np.isfinite(subpath).all() for subpath in outline):
                 raise ValueError("coordinates are not finite")
         except ValueError as error:
@@ -210,69 +228,26 @@ class Walker:
         color = fill_color(here.style, here.opacity, self.left_out)
         if color is None or not outline:
             return
+        if here.style.get("shape-rendering") in ("crispEdges", "optimizeSpeed") and not is_upright(outline):
+            self.left_out["edges without antialiasing"] += 1
         if here.style.get("fill-rule") == "evenodd":
             outline, equal = nonzero_from_even_odd(outline)
             if not equal:
                 self.left_out["even-odd fills of crossing outlines"] += 1
-        name = _name(element, identifier)
+        name = layer_name(element, identifier)
         self.layers.append(Layer(outline=outline, color=color, stage=here.stage, identifier=identifier, name=name))
 
-    def _outline(self, tag: str, own: dict[str, str], viewport: tuple[float, float]) -> list[FloatArray]:
-        if tag != "path":
-            return svg_outline.shape_outline(tag, own, viewport)
-        if "d" not in own:
-            raise ValueError("has no path data; give it a d attribute or remove it")
-        self._num_characters += len(own["d"])
-        if self._num_characters > MAX_PATH_DATA:
-            raise ValueError(f"more than {MAX_PATH_DATA} characters of path data; simplify the paths first")
-        return svg_outline.path_outline(own["d"])
-
-
-def _name(element: Element, identifier: str) -> str:
-    """Return what a shape is called: its Inkscape label, or its title, or its id."""
-    title = element.find(f"{{{SVG_NAMESPACE}}}title")
-    texts = (
-        element.get(f"{{{INKSCAPE_NAMESPACE}}}label", ""),
-        "" if title is None else "".join(title.itertext()),
-        name_from_id(identifier),
-    )
-    return next((text for text in texts if text.strip()), "")
-
-
-def _stage(element: Element) -> re.Match[str] | None:
-    """Match the stage that a group holds: in Inkscape's label, or, saved without Inkscape's attributes, in its id."""
-    label = element.get(f"{{{INKSCAPE_NAMESPACE}}}label")
-    if label is None:
-        return _STAGE_ID.fullmatch(element.get("id", ""))
-    is_layer = element.get(f"{{{INKSCAPE_NAMESPACE}}}groupmode") == "layer"
-    return _STAGE_LABEL.fullmatch(label) if is_layer else None
-
-
-def _is_for_us(element: Element) -> bool:
-    """Whether a ``<switch>`` shows a child: in English, without extensions."""
-    languages = element.get("systemLanguage", "en").replace(" ", "").split(",")
-    extensions = element.get("requiredExtensions")
-    return not extensions and any(language.split("-")[0] == "en" for language in languages)
-
-
-def _overlap(layers: list[Layer]) -> bool:
-    """Whether the boxes of any two layers overlap."""
-    if len(layers) > MAX_COMPARED:
-        return True
-    bounds = np.array([layer.bounds for layer in layers]).reshape(-1, 4)
-    for i, box in enumerate(bounds[:-1]):
-        later = bounds[i + 1 :]
-        if np.any(np.all((later[:, :2] < box[2:]) & (later[:, 2:] > box[:2]), axis=1)):
-            return True
-    return False
-
-
-def _reach_over(layers: list[Layer], matrix: FloatArray, width: float, height: float) -> bool:
-    """Whether a layer leaves the rectangle of `width` by `height` px that `matrix` puts on the canvas."""
-    if not layers or not np.linalg.det(matrix):
-        return False
-    cubics = np.concatenate([subpath for layer in layers for subpath in layer.outline])
-    points = bezier.evaluate(cubics, np.linspace(0, 1, 9)).reshape(-1, 2)
-    x, y = (np.linalg.inv(matrix) @ np.column_stack([points, np.ones(len(points))]).T)[:2]
-    slack = 1e-6 * max(width, height)
-    return bool(min(x.min(), y.min()) < -slack or x.max() > width + slack or y.max() > height + slack)
+    def _outline(self, tag: str, own: dict[str, str], here: _Context) -> list[FloatArray]:
+        if tag in ("polygon", "polyline"):
+            outline, whole = shapes.polygon_outline(own.get("points", ""))
+        elif tag == "path":
+            data = path_data.plain_data(own.get("d", ""))
+            self._num_characters += len(data)
+            if self._num_characters > MAX_PATH_DATA:
+                raise ValueError(f"more than {MAX_PATH_DATA} characters of path data; simplify the paths first")
+            outline, whole = path_data.path_outline(data)
+        else:
+            return shapes.shape_outline(tag, own, here.viewport, here.units)
+        if not whole:
+            self.left_out["errors in path data, drawn up to them"] += 1
+        return outline

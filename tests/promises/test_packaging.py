@@ -125,7 +125,7 @@ def test_installation(checkout: Path, tmp_path: Path, editable: bool) -> None:
 
 
 def test_import_is_light() -> None:
-    heavy = {"pyopencl", "scipy", "skimage", "imageio", "PIL", "tqdm", "svgelements", "matplotlib"}
+    heavy = {"pyopencl", "scipy", "skimage", "imageio", "PIL", "tqdm", "tinycss2", "matplotlib"}
     script = f"import sys, livecl, livecl.cli, livecl.svg, livecl.drawing; print(*sorted({heavy} & set(sys.modules)))"
     assert run(sys.executable, "-c", script, cwd=ROOT).split() == []
 

@@ -10,9 +10,11 @@ from pathlib import Path
 import compare_svg
 import numpy as np
 import pytest
+import sweep_svg
 from support import drawings
 
 import livecl
+from livecl.image import save_image
 from livecl.svg import LayerStyle, format_svg
 
 FILES = sorted((Path(__file__).parent / "files").glob("*.svg"))
@@ -54,18 +56,36 @@ def test_the_measure_sees_what_is_wrong() -> None:
     assert compare_svg.differences(drawing.replace(colors=colors), picture)[2] == pytest.approx(0.02 * 255, rel=1e-3)
 
 
-def test_table(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_sweep(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A file of each outcome: where a PNG lies beside a file, it is the reference; a suite's frame is taken out."""
     pytest.importorskip("resvg_py")
     head = '<svg xmlns="http://www.w3.org/2000/svg" width="20" height="20">'
-    (tmp_path / "good.svg").write_text(f'{head}<circle cx="9" cy="9" r="5"/></svg>')
-    (tmp_path / "text.svg").write_text(f"{head}<text>a</text></svg>")
-    (tmp_path / "cut.svg").write_text(f"{head}<circle")
-    monkeypatch.setattr(sys, "argv", ["compare_svg.py", str(tmp_path)])
-    assert compare_svg.main() == 0
+    frame = '<rect id="frame" x="1" y="1" width="18" height="18" fill="none" stroke="black"/>'
+    files = {
+        "right": f'{head}<circle cx="9" cy="9" r="5"/></svg>',
+        "framed": f'{head}<circle cx="9" cy="9" r="5"/>{frame}</svg>',
+        "stroked": f'{head}<circle cx="9" cy="9" r="5" stroke="red"/></svg>',
+        "cut": f"{head}<circle",
+        "wrong": f'{head}<circle cx="9" cy="9" r="5"/></svg>',
+    }
+    for name, text in files.items():
+        (tmp_path / f"{name}.svg").write_text(text)
+    save_image(tmp_path / "framed.png", framed := shown(files["framed"], 40))
+    save_image(tmp_path / "wrong.png", framed)
+    row = f"| {tmp_path} | 5 | {{}} | 1 (0) | 1 | {{}} | 0 |"
+    monkeypatch.setattr(sys, "argv", ["sweep_svg.py", str(tmp_path)])
+    assert sweep_svg.main() == 1
     output = capsys.readouterr().out
-    assert "3 files: 1 read in full, 0 of them shown otherwise; 1 with a warning, 1 refused, 0 not compared." in output
-    rows = [line.split(" | ") for line in output.splitlines() if line.startswith(f"| {tmp_path}")]
-    assert [Path(row[0][2:]).name for row in rows] == ["good.svg", "cut.svg", "text.svg"]
-    assert [row[5].strip(" |") for row in rows][2] == "text (1)"
-    monkeypatch.setattr(compare_svg, "EDGE", 0.0)
-    assert compare_svg.main() == 1
+    assert row.format(2, 1) in output
+    assert f"wrong: {tmp_path / 'wrong.svg'} (1 layers" in output
+    (tmp_path / "known.txt").write_text("wrong.svg  # its picture has a frame\n")
+    monkeypatch.setattr(sys, "argv", ["sweep_svg.py", str(tmp_path), "--known", str(tmp_path / "known.txt")])
+    assert sweep_svg.main() == 0
+    assert row.format(3, 0) in capsys.readouterr().out
+
+
+def shown(text: str, side: int) -> np.ndarray:
+    """Return resvg's picture of an SVG in straight RGBA."""
+    picture = compare_svg.shown_by_resvg(text, None, side, side)
+    alpha = picture[..., 3:]
+    return np.concatenate([picture[..., :3] / np.maximum(alpha, 1 / 255), alpha], axis=2)

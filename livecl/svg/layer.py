@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A layer as it is read from an SVG, and what of its name, stage and place the reader asks."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import re
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.colors import Rgba
+from livecl.geometry import bezier
+from livecl.svg.writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE, name_from_id
+
+FloatArray = NDArray[np.float64]
+
+#: Most layers of a translucent group that are compared with each other; more count as overlapping.
+MAX_COMPARED = 1000
+
+_STAGE_LABEL, _STAGE_ID = re.compile(r"stage (-?\d{1,9})"), re.compile(r"stage-(-?\d{1,9})(-\d+)?")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Layer:
+    """A filled shape: closed subpaths (n, 4, 2), px; straight RGBA; stage; id; name."""
+
+    outline: list[FloatArray]
+    color: Rgba
+    stage: int
+    identifier: str
+    name: str
+
+    @functools.cached_property
+    def bounds(self) -> FloatArray:
+        """(x_min, y_min, x_max, y_max) of the control points."""
+        return bezier.hull_bounds(np.concatenate(self.outline).reshape(-1, 2))
+
+
+def layer_name(element: Element, identifier: str) -> str:
+    """Return what a shape is called: its Inkscape label, or its title, or its id."""
+    title = element.find(f"{{{SVG_NAMESPACE}}}title")
+    texts = (
+        element.get(f"{{{INKSCAPE_NAMESPACE}}}label", ""),
+        "" if title is None else "".join(title.itertext()),
+        name_from_id(identifier),
+    )
+    return next((text for text in texts if text.strip()), "")
+
+
+def stage_match(element: Element) -> re.Match[str] | None:
+    """Match the stage that a group holds: in Inkscape's label, or, saved without Inkscape's attributes, in its id."""
+    label = element.get(f"{{{INKSCAPE_NAMESPACE}}}label")
+    if label is None:
+        return _STAGE_ID.fullmatch(element.get("id", ""))
+    is_layer = element.get(f"{{{INKSCAPE_NAMESPACE}}}groupmode") == "layer"
+    return _STAGE_LABEL.fullmatch(label) if is_layer else None
+
+
+def is_upright(outline: list[FloatArray]) -> bool:
+    """Whether an outline has no other edges than horizontal and vertical lines."""
+    edges = np.concatenate(outline)
+    along = np.abs(edges - edges[:, :1]).max(axis=1)
+    return bool((along.min(axis=1) <= 1e-6).all())
+
+
+def overlap(layers: list[Layer]) -> bool:
+    """Whether the boxes of any two layers overlap."""
+    if len(layers) > MAX_COMPARED:
+        return True
+    bounds = np.array([layer.bounds for layer in layers]).reshape(-1, 4)
+    for i, box in enumerate(bounds[:-1]):
+        later = bounds[i + 1 :]
+        if np.any(np.all((later[:, :2] < box[2:]) & (later[:, 2:] > box[:2]), axis=1)):
+            return True
+    return False
+
+
+def reach_over(layers: list[Layer], matrix: FloatArray, width: float, height: float) -> bool:
+    """Whether a layer leaves the rectangle of `width` by `height` px that `matrix` puts on the canvas."""
+    if not layers or not np.linalg.det(matrix):
+        return False
+    cubics = np.concatenate([subpath for layer in layers for subpath in layer.outline])
+    points = bezier.evaluate(cubics, np.linspace(0, 1, 9)).reshape(-1, 2)
+    x, y = (np.linalg.inv(matrix) @ np.column_stack([points, np.ones(len(points))]).T)[:2]
+    slack = 1e-6 * max(width, height)
+    return bool(min(x.min(), y.min()) < -slack or x.max() > width + slack or y.max() > height + slack)
