@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 from livecl.geometry import bezier
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 #: Horizontal lines on which the fill rules are compared.
 _NUM_ROWS = 256
+#: Most crossings of lines and rows that are looked at at once.
+_MAX_CROSSINGS = 2_000_000
 #: Most lines of a flattened outline, and most lines times subpaths, that are looked at: about a second each.
 _MAX_LINES, _MAX_PAIRS = 300_000, 100_000_000
 
@@ -36,8 +39,9 @@ def nonzero_from_even_odd(outline: list[FloatArray]) -> tuple[list[FloatArray], 
     lines, owners = _flattened(outline, extent / 4096)
     if len(lines) > _MAX_LINES or len(lines) * len(outline) > _MAX_PAIRS:
         return outline, False
-    if _rules_agree(lines, extent / 1024):
-        return outline, True
+    agree = _rules_agree(lines, extent / 1024)
+    if agree or len(outline) == 1:  # turned around, a lone subpath is what it was
+        return outline, agree
     against = np.zeros(len(outline), dtype=bool)
     for i, subpath in enumerate(outline):
         x, y = subpath[0, 0]
@@ -54,6 +58,7 @@ def _flattened(outline: list[FloatArray], tolerance: float) -> tuple[FloatArray,
     cubics = np.concatenate(outline)
     subpaths = np.repeat(np.arange(len(outline)), [len(subpath) for subpath in outline])
     pieces = np.minimum(bezier.pieces_for(cubics, tolerance), _MAX_LINES)
+    pieces = 1 << np.ceil(np.log2(pieces)).astype(np.int64)  # few different numbers: each is evaluated at once
     lines, owners = [], []
     for count in np.unique(pieces):
         same = pieces == count
@@ -71,14 +76,31 @@ def _abscissae(lines: FloatArray, y: float) -> FloatArray:
 
 def _rules_agree(lines: FloatArray, narrow: float) -> bool:
     """Return whether no stretch of a row, wider than `narrow`, has an even winding number other than zero."""
+    return _agree_along(lines, narrow, _NUM_ROWS // 16) and _agree_along(lines, narrow, _NUM_ROWS)
+
+
+def _agree_along(lines: FloatArray, narrow: float, num_rows: int) -> bool:
+    """Return whether the rules agree along a number of rows."""
     low, high = float(lines[..., 1].min()), float(lines[..., 1].max())
-    for y in low + (high - low) * (np.arange(_NUM_ROWS) + 0.5) / _NUM_ROWS:
-        below = lines[..., 1] > y
-        crossing = below[:, 0] != below[:, 1]
-        x = _abscissae(lines[crossing], y)
-        order = np.argsort(x, kind="stable")
-        winding = np.cumsum(np.where(below[crossing, 1], 1, -1)[order])[:-1]
-        wide = np.diff(x[order]) > narrow
-        if np.any(wide & (winding != 0) & (winding % 2 == 0)):
-            return False
-    return True
+    if not high > low:
+        return True
+    rows = (lines[..., 1] - low) * (num_rows / (high - low)) - 0.5  # row k lies at k
+    first = np.ceil(rows.min(axis=1)).astype(np.int64)
+    end = np.ceil(rows.max(axis=1)).astype(np.int64)
+    size = num_rows if (end - first).sum() <= _MAX_CROSSINGS else num_rows // 16
+    blocks = range(0, num_rows, size)
+    return all(_rows_agree(lines, rows, first.clip(k, k + size), end.clip(k, k + size), narrow) for k in blocks)
+
+
+def _rows_agree(lines: FloatArray, rows: FloatArray, first: IntArray, end: IntArray, narrow: float) -> bool:
+    """Return whether the rules agree along the rows from `first` up to `end` of each line."""
+    owner = np.repeat(np.arange(len(lines)), end - first)
+    row = np.arange(len(owner)) - np.repeat(np.cumsum(end - first) - end, end - first)
+    start, stop = rows[owner].T
+    x = lines[owner, 0, 0] + (row - start) / (stop - start) * (lines[owner, 1, 0] - lines[owner, 0, 0])
+    order = np.lexsort((x, row))
+    # Subpaths are closed, so the winding number is zero again at the end of each row.
+    winding = np.cumsum(np.where(stop > start, 1, -1)[order])[:-1]
+    x, row = x[order], row[order]
+    inside = (np.diff(row) == 0) & (np.diff(x) > narrow)
+    return not np.any(inside & (winding != 0) & (winding % 2 == 0))

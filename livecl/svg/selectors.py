@@ -15,7 +15,7 @@ import cssselect2
 import tinycss2
 
 #: Most looks at elements and selectors, so that no file takes minutes.
-MAX_COMPARISONS = 5_000_000
+MAX_COMPARISONS = 2_000_000
 #: Longest selector compiled, tokens: its tests nest as deep as it has combinators.
 MAX_SELECTOR_TOKENS = 60
 

@@ -373,15 +373,14 @@ def test_edges_without_antialiasing_are_named() -> None:
 
 
 def test_many_layers_are_read_in_a_second() -> None:
-    """1 856 layers, even-odd and in a sheet's class, of 20 curves: .3 s on one core, so 1 s leaves room."""
-    curve = "c" + " ".join(f"{(7 * i) % 13 - 6}.{i}" for i in range(120)) + "z"
-    paths = "".join(
-        f'<path class="a{i % 99}" d="M{i % 80} {i % 70}{curve}" transform="scale(.5)"/>' for i in range(1856)
-    )
+    """1 856 even-odd rings with arcs, by classes: .6 s on one core; 2 s leave room for a busy machine."""
+    ring = "h20v20h-20z m2 2v16h16v-16z m8 2a3 3 0 1 0 1 0z"
+    path = '<path class="a{}" fill-rule="evenodd" d="M{} {}{}" transform="scale(.5)"/>'
+    paths = "".join(path.format(i % 99, i % 80, i % 70, ring) for i in range(1856))
     sheet = "".join(f".a{i}{{fill:#12{i:02}ff;opacity:.5}}" for i in range(99))
     start = time.process_time()
     assert read(f"<style>{sheet}</style>{paths}").num_layers == 1856
-    assert time.process_time() - start < 1
+    assert time.process_time() - start < 2
 
 
 def test_use_states_the_size_of_an_svg() -> None:
