@@ -32,7 +32,15 @@ HOST_STEPS = (
     ("launch", "livecl.opencl.launcher", "Launcher.reserve"),
     ("wait and read", "livecl.opencl.launcher", "Launcher.read"),
 )
-#: The rest of an iteration.
+#: Parts of a whole run, likewise; what is merged and pruned while a stage is closed is part of that.
+RUN_PARTS = (
+    ("placement", "livecl.run.stages", "place_paths"),
+    ("iterations", "livecl.run.stages", "Vectorizer.step"),
+    ("merging", "livecl.run.stages", "merge_neighbors"),
+    ("pruning", "livecl.run.stages", "needed_layers"),
+    ("choosing what a revision takes out", "livecl.run.stages", "least_useful"),
+)
+#: The rest of an iteration, or of a run.
 OTHER = "other"
 #: Iterations that each breakdown is the median of.
 ITERATIONS = 40

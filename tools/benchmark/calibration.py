@@ -1,138 +1,124 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the machine can do at this moment: how fast it multiplies and adds, and how fast it copies.
+"""Measure how fast the machine multiplies and adds at this moment, beside each measurement of a case.
 
-Both are measured with kernels of the same kind as the program's, on all cores of the OpenCL device, and the median of
-some repeats is taken, not the best: where other programs take their share of the machine, they take it from what is
-measured too.
+The kernel is of the same kind as the program's, on all cores of the OpenCL device, and the median of some launches is
+taken, not the best: other programs that take their share of the machine take it from what is measured too.
 """
 
 from __future__ import annotations
 
-import functools
+import dataclasses
+import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import pyopencl as cl
 
-from livecl.opencl.device import OpenDevice
-from livecl.opencl.program import compile_source
+from benchmark.package import compiled
 
-#: Sums of which none waits for another. Two leave the units idle most of the time, as the program's own kernels do;
-#: eight keep them busy: the peak, from which the floor is reckoned.
-REFERENCE_SUMS, PEAK_SUMS = 2, 8
-#: Sizes of buffers that are copied, bytes: from what a core's own cache holds to what no cache holds.
-COPY_BYTES = (1 << 18, 1 << 21, 1 << 24, 1 << 27)
-_REPEATS = 9
-_ROUNDS = 4096
+#: The rate that times are stated for, GFLOP/s: what the kernel gives with PoCL from pip on two quiet cores of the
+#: machine that the goals were set on.
+REFERENCE_GFLOPS = 60.0
+#: Two sums that do not wait for each other leave the units idle most of the time, as the program's own kernels do.
+SOURCE = """
+__kernel void multiply_add(int rounds, __global const float *factors, __global float8 *out)
+{
+    float8 a = factors[0], b = factors[1], s0 = 0, s1 = 1;
+    for (int i = 0; i < rounds; i++) { s0 = s0 * a + b; s1 = s1 * a + b; }
+    out[get_global_id(0)] = s0 + s1;
+}
+"""
+SUMS, LANES, ROUNDS = 2, 8, 4096
 #: Work-items for each compute unit, on a CPU and elsewhere; work-items in a group.
-_ITEMS, _LOCAL = {True: 128, False: 1024}, {True: 1, False: 32}
-_LANES, _VECTOR_BYTES, _BLOCK = 8, 32, 2048
-
-
-def _source() -> str:
-    """Return the kernels: chains of a*b+c, as the program writes it; a copy of 64 KiB a work-item."""
-    kernels = []
-    for sums in (REFERENCE_SUMS, PEAK_SUMS):
-        names = [f"s{i}" for i in range(sums)]
-        kernels.append(
-            f"__kernel void multiply_add_{sums}(int rounds, __global const float *factors, __global float8 *out)\n"
-            "{\n"
-            "    float8 a = factors[0], b = factors[1];\n"
-            f"    float8 {', '.join(f'{name} = {i}' for i, name in enumerate(names))};\n"
-            f"    for (int i = 0; i < rounds; i++) {{ {' '.join(f'{name} = {name} * a + b;' for name in names)} }}\n"
-            f"    out[get_global_id(0)] = {' + '.join(names)};\n"
-            "}\n"
-        )
-    kernels.append(
-        "__kernel void copy(int rounds, __global const float8 *from, __global float8 *to)\n"
-        "{\n"
-        f"    int begin = get_global_id(0) * {_BLOCK};\n"
-        "    for (int round = 0; round < rounds; round++)\n"
-        f"        for (int i = begin; i < begin + {_BLOCK}; i++) to[i] = from[i] + round;\n"
-        "}\n"
-    )
-    return "".join(kernels)
+ITEMS, LOCAL = {True: 128, False: 1024}, {True: 1, False: 32}
+#: Repeats are made until this many seconds are over, within these numbers.
+SECONDS, FEWEST, MOST = 2.0, 3, 1000
+#: Seconds between two looks at the machine's rate.
+BLOCK = 0.03
 
 
 class MultiplyAdd:
-    """Measures the rate of a*b+c on vectors of eight floats, on all cores.
+    """Measures the rate of a*b+c on vectors of eight floats.
 
     Parameters
     ----------
     opened : OpenDevice
         The device.
-    sums : int
-        `REFERENCE_SUMS` or `PEAK_SUMS`.
     """
 
-    def __init__(self, opened: OpenDevice, sums: int) -> None:
+    def __init__(self, opened: Any) -> None:
+        import pyopencl as cl
+
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
-        factors = cl.Buffer(opened.context, flags, hostbuf=np.array([0.5, 0.25], np.float32))
-        self._num_items = _ITEMS[opened.is_cpu] * opened.device.max_compute_units
-        out = cl.Buffer(opened.context, cl.mem_flags.WRITE_ONLY, self._num_items * _VECTOR_BYTES)
-        self._opened = opened
-        self._kernel = cl.Kernel(_program(opened), f"multiply_add_{sums}")
-        self._kernel.set_args(np.int32(_ROUNDS), factors, out)
-        self._buffers = factors, out  # kernels do not keep their arguments alive
-        self._operations = 2 * sums * _LANES * _ROUNDS * self._num_items
+        self._items = ITEMS[opened.is_cpu] * opened.device.max_compute_units
+        self._buffers = (
+            cl.Buffer(opened.context, flags, hostbuf=np.array([0.5, 0.25], np.float32)),
+            cl.Buffer(opened.context, cl.mem_flags.WRITE_ONLY, self._items * LANES * 4),
+        )
+        kernel = cl.Kernel(compiled(opened, SOURCE), "multiply_add")
+        kernel.set_args(np.int32(ROUNDS), *self._buffers)
+        sizes = (self._items,), (LOCAL[opened.is_cpu],)
+        self._launch = lambda: cl.enqueue_nd_range_kernel(opened.queue, kernel, *sizes)
         self.once()  # the first launch may still compile
 
     def once(self) -> float:
         """Return the rate of one launch of about a millisecond, GFLOP/s."""
-        return 1e-9 * self._operations / _seconds(self._opened, self._kernel, self._num_items)
+        event = self._launch()
+        event.wait()
+        return 2 * SUMS * LANES * ROUNDS * self._items / float(event.profile.end - event.profile.start)
 
     def rate(self) -> float:
         """Return the median rate of three launches, GFLOP/s."""
         return float(np.median([self.once() for _ in range(3)]))
 
 
-@functools.cache
-def _program(opened: OpenDevice) -> Any:
-    return compile_source(opened, _source())
+@dataclasses.dataclass
+class Repeats:
+    """Seconds of each repeat, and the machine's reference rate then, GFLOP/s."""
+
+    seconds: list[float] = dataclasses.field(default_factory=list)
+    rates: list[float] = dataclasses.field(default_factory=list)
+
+    def summary(self) -> dict[str, Any]:
+        """Return number, median and minimum, ms; the median at the reference rate; the median rate."""
+        seconds, rates = np.array(self.seconds), np.array(self.rates)
+        return {
+            "repeats": len(seconds),
+            "median_ms": 1e3 * float(np.median(seconds)),
+            "minimum_ms": 1e3 * float(seconds.min()),
+            "scaled_ms": 1e3 * float(np.median(seconds * rates)) / REFERENCE_GFLOPS,
+            "gflops": float(np.median(rates)),
+        }
 
 
-def _seconds(opened: OpenDevice, kernel: Any, num_items: int) -> float:
-    """Time of a launch by the device's clock."""
-    local = _LOCAL[opened.is_cpu]
-    return _event_seconds(cl.enqueue_nd_range_kernel(opened.queue, kernel, (num_items,), (local,)))
+def repeated(work: Callable[[], float | None], rate: Callable[[], float], repeats: int | None = None) -> Repeats:
+    """Measure repeats of something.
 
+    The machine's rate is looked at before and after each block of repeats, as another program may come or go: a repeat
+    counts with the mean of the two.
 
-def _event_seconds(event: Any) -> float:
-    event.wait()
-    return 1e-9 * float(event.profile.end - event.profile.start)
-
-
-def copy_rate(opened: OpenDevice, num_bytes: int) -> float:
-    """Return the rate of copying a buffer, GB/s, reads and writes counted; in rounds, where one would be too short.
-
-    On a CPU a kernel copies, on all cores; elsewhere the driver does.
+    Parameters
+    ----------
+    work : callable
+        What is measured; it may return its seconds itself.
+    rate : callable
+        Returns the machine's rate at this moment, GFLOP/s.
+    repeats : int or None
+        How many; None for as many as fit `SECONDS`.
     """
-    source, target = (cl.Buffer(opened.context, cl.mem_flags.READ_WRITE, num_bytes) for _ in range(2))
-    cl.enqueue_copy(opened.queue, source, np.ones(num_bytes // 4, np.float32))
-    kernel = cl.Kernel(_program(opened), "copy")
-    rounds = max(1, COPY_BYTES[-2] // num_bytes) if opened.is_cpu else 1
-    kernel.set_args(np.int32(rounds), source, target)
-
-    def once() -> float:
-        if opened.is_cpu:
-            return _seconds(opened, kernel, num_bytes // (_BLOCK * _VECTOR_BYTES))
-        return _event_seconds(cl.enqueue_copy(opened.queue, target, source))
-
-    seconds = [once() for _ in range(1 + _REPEATS)]
-    for buffer in (source, target):
-        buffer.release()
-    return 1e-9 * 2 * num_bytes * rounds / float(np.median(seconds[1:]))
-
-
-def calibrate(opened: OpenDevice) -> dict[str, Any]:
-    """Return the rates at this moment: GFLOP/s of the reference kernel and at the peak, GB/s of copies by size.
-
-    The two kernels take turns, so that what else runs on the machine disturbs both alike.
-    """
-    reference, peak = MultiplyAdd(opened, REFERENCE_SUMS), MultiplyAdd(opened, PEAK_SUMS)
-    rates = np.median([(reference.once(), peak.once()) for _ in range(4 * _REPEATS)], axis=0)
-    return {
-        "reference_gflops": float(rates[0]),
-        "peak_gflops": float(rates[1]),
-        "copy_gigabytes": {str(size): copy_rate(opened, size) for size in COPY_BYTES},
-    }
+    found = Repeats()
+    start = time.perf_counter()
+    before, in_block, block_start = rate(), 0, start
+    while len(found.seconds) < (MOST if repeats is None else repeats):
+        if repeats is None and len(found.seconds) >= FEWEST and time.perf_counter() - start > SECONDS:
+            break
+        begin = time.perf_counter()
+        own = work()
+        found.seconds.append(time.perf_counter() - begin if own is None else own)
+        in_block += 1
+        if time.perf_counter() - block_start > BLOCK:
+            after = rate()
+            found.rates += [(before + after) / 2] * in_block
+            before, in_block, block_start = after, 0, time.perf_counter()
+    found.rates += [(before + rate()) / 2] * in_block
+    return found

@@ -18,14 +18,16 @@ class Case:
     ----------
     name : str
         What the command line calls it.
-    kind : "step", "course", "startup" or "import"
+    kind : "step", "run", "startup" or "import"
         One iteration; a whole run; the command line to its first iteration; ``import livecl``.
     paths, side : int
         Layers of the scene; height and width of the canvas, px.
     picture : "face", "photo" or "covers"
         The emoji of the examples; a photograph; no picture but layers that each cover the canvas.
     schedule : tuple of int or None
-        Paths that each stage of the run adds which leaves the scene; None for the paper's growing schedule.
+        Paths that each stage of a run adds; None for the growing schedule.
+    preset : str
+        Preset of a whole run's options.
     cold : bool
         Start with empty caches.
     goal_ms, goal_mb : float or None
@@ -35,15 +37,27 @@ class Case:
     """
 
     name: str
-    kind: Literal["step", "course", "startup", "import"]
+    kind: Literal["step", "run", "startup", "import"]
     paths: int = 0
     side: int = 240
     picture: Literal["face", "photo", "covers"] = "photo"
     schedule: tuple[int, ...] | None = None
+    preset: str = "paper"
     cold: bool = False
     goal_ms: float | None = None
     goal_mb: float | None = None
     mse_at_most: float | None = None
+
+    @property
+    def title(self) -> str:
+        """What the case is called in tables."""
+        size = f"{self.side}x{self.side}"
+        if self.kind == "step":
+            layers = "covering layers" if self.picture == "covers" else "path" if self.paths == 1 else "paths"
+            return f"{self.paths} {layers}, {size}"
+        if self.kind == "run":
+            return f"{self.name}: {self.preset}, {self.paths} paths, {size}"
+        return "import livecl" if self.kind == "import" else f"start-up, {'cold' if self.cold else 'warm'}"
 
 
 _LIST = [
@@ -57,7 +71,8 @@ _LIST = [
     Case(name="256@512", kind="step", paths=256, side=512, goal_ms=30, goal_mb=400),
     Case(name="256@1024", kind="step", paths=256, side=1024),
     Case(name="covers", kind="step", paths=512, side=1024, picture="covers"),
-    Case(name="emoji", kind="course", paths=5, picture="face", schedule=EMOJI, goal_ms=2300, mse_at_most=6e-3),
+    Case(name="emoji", kind="run", paths=5, picture="face", schedule=EMOJI, goal_ms=2300, mse_at_most=6e-3),
+    Case(name="face", kind="run", paths=8, picture="face", preset="default", mse_at_most=6e-3),
     Case(name="startup-warm", kind="startup", goal_ms=800),
     Case(name="startup-cold", kind="startup", cold=True, goal_ms=4000),
     Case(name="import", kind="import", goal_ms=400),
@@ -66,13 +81,6 @@ _LIST = [
 CASES = {case.name: case for case in _LIST}
 #: Left out unless asked for: seconds for an iteration, gigabytes if the memory were not bounded.
 EXTREME = ("covers",)
-#: The cases of each scaling curve, with the quantity that grows.
-CURVES: dict[str, dict[str, int]] = {
-    "paths": {name: CASES[name].paths for name in ("32", "128", "256", "512")},
-    "pixels": {name: CASES[name].side ** 2 for name in ("256", "256@512", "256@1024")},
-}
-#: The case that is timed on one core, two cores, and so on.
-CORES_CASE = "256"
 
 
 def chosen_cases(names: str | None) -> list[Case]:

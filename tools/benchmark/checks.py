@@ -3,18 +3,18 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from reference.coverage import winding_area  # the exact coverage that the tests compare the kernels with
+from reference.flatten import flatten
 
+from benchmark.package import training
 from livecl.drawing.drawing import Drawing
 from livecl.opencl.device import open_device
+from livecl.options import Options
 from livecl.rendering.rasterizer import Gradients, Rasterizer
-from livecl.run.stages import Vectorizer
-from livecl.training.state import State
 from livecl.training.xing import xing_loss
 
 #: Relative error of one rounding in float32.
@@ -31,11 +31,6 @@ STEP_LOSS_TOLERANCE = 1 / 40
 #: Farther than this from 0 and 1, |A| in double precision is not that of a pixel without outline.
 EXACT = 1e-9
 
-# The exact coverage that the tests compare the kernels with.
-sys.path.append(str(Path(__file__).resolve().parents[2] / "tests"))
-from reference.coverage import winding_area  # noqa: E402
-from reference.flatten import flatten  # noqa: E402
-
 
 class CheckError(Exception):
     """A case does not do what it should; the message says what was found and what was wanted."""
@@ -51,7 +46,7 @@ def gradient_tolerance(side: int) -> float:
 
 
 def check_step(
-    image: NDArray[np.float32], state: State, device: int | str | None, *, exact: bool = True
+    image: NDArray[np.float32], drawing: Drawing, device: int | str | None, *, exact: bool = True
 ) -> dict[str, Any]:
     """Check one iteration on a scene.
 
@@ -62,8 +57,8 @@ def check_step(
     ----------
     image : (H, W, 3) float32
         Target.
-    state : State
-        The scene; it is left as it is.
+    drawing : Drawing
+        The scene.
     device : int, str or None
         OpenCL device.
     exact : bool
@@ -79,7 +74,7 @@ def check_step(
     CheckError
         If one of them is too large.
     """
-    drawing, options = state.drawing, state.options
+    options = Options.paper()
     single = Rasterizer(drawing.size, device)
     pieces = single.pieces(drawing)
     rendered = single.forward(drawing, pieces)
@@ -98,8 +93,7 @@ def check_step(
         _, gradients = single.loss_and_gradients(drawing, image, certain, pieces, scale=1 / 3)
         _, wanted = double.loss_and_gradients(drawing, image, certain, pieces, scale=1 / 3)
         found |= _compare(gradients, wanted, tolerance)
-    vectorizer = Vectorizer(image, state, device)
-    step_loss = vectorizer.step()
+    step_loss = training(image, drawing, device).step()
     wanted_loss = recomputed + options.xing_weight * xing_loss(drawing.cubics)[0]
     found["step_loss"] = _within("loss of a step", step_loss, wanted_loss, STEP_LOSS_TOLERANCE)
     return found

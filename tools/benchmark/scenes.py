@@ -1,22 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scenes that iterations are timed on: states as a real run leaves them, made by a short one."""
+"""The scenes that iterations are timed on: drawings as a real run leaves them, made by a short one."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmark.cases import Case
-from livecl.drawing.drawing import Drawing, empty_drawing
-from livecl.image.reading import over_background, read_image
-from livecl.options import Options
-from livecl.run.loop import run
-from livecl.run.stages import Vectorizer
-from livecl.schedule import parse_schedule
-from livecl.training.state import State
+from benchmark.package import training
+
+if TYPE_CHECKING:
+    from livecl.drawing.drawing import Drawing
 
 #: Iterations of each stage of the run that makes a scene. With 20, 60 and 150, 256 paths on the photograph have a
 #: median side of 41, 40 and 41 px, and are flattened into 30, 34 and 38 thousand lines.
@@ -41,6 +38,10 @@ def picture(name: str, side: int, photo: str | None = None) -> NDArray[np.float3
     photo : path, optional
         File to take for the photograph.
     """
+    from skimage.transform import resize
+
+    from livecl.image.reading import over_background, read_image
+
     if name == "covers":
         return np.ones((side, side, 3), np.float32)
     if name == "photo" and photo is None:
@@ -52,39 +53,33 @@ def picture(name: str, side: int, photo: str | None = None) -> NDArray[np.float3
     if image.shape[2] == 4:
         image = over_background(image, np.ones(3))
     if image.shape[:2] != (side, side):
-        from skimage.transform import resize
-
         image = resize(image, (side, side), anti_aliasing=True)
     return np.clip(image, 0, 1).astype(np.float32)
 
 
-def made(case: Case, photo: str | None = None, device: int | str | None = None) -> State:
-    """Return the state of a run after the last iteration of its last stage, from where it can go on.
+def made(case: Case, photo: str | None = None, device: int | str | None = None) -> Drawing:
+    """Return the drawing of a short run; for larger canvases than `SIDE`, enlarged and trained on."""
+    import livecl
 
-    For larger canvases than `SIDE`, the drawing of that run is enlarged and trained on.
-    """
     if case.picture == "covers":
-        return State.start(covers(case.paths, case.side), Options.paper(), (case.paths,), 0)
-    options, side = Options.paper(iterations=ITERATIONS), min(case.side, SIDE)
-    stages = parse_schedule(case.schedule, case.paths)
-    start = State.start(empty_drawing((side, side)), options, stages, 0)
-    vectorizer = Vectorizer(picture(case.picture, side, photo), start, device)
-    # Stopped at the very last iteration, the state is still within its stage.
-    run(vectorizer, on_step=lambda step: (step.stage + 1, step.iteration) == (len(stages), ITERATIONS))
+        return covers(case.paths, case.side)
+    side = min(case.side, SIDE)
+    options = livecl.Options.paper(iterations=ITERATIONS)
+    image = picture(case.picture, side, photo)
+    drawing = livecl.vectorize(image, case.paths, schedule=case.schedule, options=options, device=device).drawing
     if case.side == side:
-        return vectorizer.state
-    drawing = vectorizer.state.drawing
+        return drawing
     drawing = drawing.replace(points=drawing.points * (case.side / side), size=(case.side, case.side))
-    start = State.start(drawing, options, stages, 0)
-    start.stage = len(stages) - 1
-    vectorizer = Vectorizer(picture(case.picture, case.side, photo), start, device)
+    trained = training(picture(case.picture, case.side, photo), drawing, device)
     for _ in range(ITERATIONS):
-        vectorizer.step()
-    return vectorizer.state
+        trained.step()
+    return trained.state.drawing
 
 
 def covers(num_layers: int, side: int) -> Drawing:
     """Return translucent layers that each cover nearly all of the canvas, with an outline of their own within it."""
+    from livecl.drawing.drawing import Drawing
+
     rng = np.random.default_rng(0)
     angles = 2 * np.pi * np.arange(12) / 12
     radii = side * rng.uniform(0.5, 0.75, (num_layers, 12, 1))
@@ -92,3 +87,19 @@ def covers(num_layers: int, side: int) -> Drawing:
     points: NDArray[Any] = side / 2 + radii * directions
     colors = np.concatenate([rng.uniform(size=(num_layers, 3)), np.full((num_layers, 1), 0.05)], axis=1)
     return Drawing(points=points.reshape(-1, 3, 2), colors=colors, size=(side, side))
+
+
+def save_scene(path: Path, drawing: Drawing) -> None:
+    """Write a drawing's numbers, which an SVG would round."""
+    names = ("points", "colors", "subpath_offsets", "layer_offsets")
+    np.savez(path, size=drawing.size, **{name: getattr(drawing, name) for name in names})
+
+
+def load_scene(path: Path) -> Drawing:
+    """Read what :func:`save_scene` wrote."""
+    from livecl.drawing.drawing import Drawing
+
+    with np.load(path) as file:
+        arrays: dict[str, Any] = dict(file)
+    height, width = map(int, arrays.pop("size"))
+    return Drawing(size=(height, width), **arrays)

@@ -10,20 +10,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmark.cases import Case
 from benchmark.checks import CheckError
 from benchmark.scenes import FACE
 
 #: Where PoCL, pyopencl and NVIDIA's driver keep what they have compiled.
 CACHES = ("POCL_CACHE_DIR", "XDG_CACHE_HOME", "CUDA_CACHE_PATH")
 _IMPORT = "import time; start = time.perf_counter(); import livecl; print(time.perf_counter() - start)"
-
-
-def process_seconds(case: Case, root: Path, device: str | None) -> float:
-    """Return the seconds of the process that a case is about."""
-    if case.kind == "import":
-        return import_seconds(root)
-    return first_iteration_seconds(root, device, cold=case.cold)
 
 
 def import_seconds(root: Path) -> float:

@@ -1,121 +1,167 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a subprocess does for the benchmark: one request, one answer.
+"""Do one thing for the benchmark in a process of its own: make a scene, check a case, or time it.
 
-Every case is measured in a process of its own, so that its memory is its own, and so that the package of another
-checkout can be measured by the same code. A scene is made and checked in other processes than the one that is timed.
+Its memory is its own then, and the package of another checkout is measured by the same code.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from benchmark.request import Request
-
-if TYPE_CHECKING:
-    from livecl.drawing.drawing import Drawing
+from benchmark.cases import CASES, Case
+from benchmark.package import training, use_checkout
 
 Answer = dict[str, Any]
+#: Seconds of iterations before the measurement, one at least.
+WARM_UP = 0.1
+#: Seconds that a breakdown may take.
+BREAKDOWN_SECONDS = 1.0
+#: Repeats of whole runs and of processes.
+RUNS, PROCESSES = 3, 5
+
+
+class Worker:
+    """Answers the requests about a case.
+
+    Parameters
+    ----------
+    root, folder : str
+        The checkout whose package is measured; where scenes are.
+    case : str
+        Name of the case; empty for the machine.
+    device, photo : str or None
+        OpenCL device; file to take for the photograph.
+    repeats : int or None
+        How often to measure; None for what fits.
+    """
+
+    def __init__(self, root: str, folder: str, case: str, **settings: Any) -> None:
+        self.root, self.folder = Path(root), Path(folder)
+        self.case = CASES.get(case) or Case(name="", kind="import")
+        self.device, self.photo, self.repeats = (settings[name] for name in ("device", "photo", "repeats"))
+        self.scene_file, self.picture_file = self.folder / f"{case}.npz", self.folder / f"{case}.npy"
+
+    def rate(self) -> Callable[[], float]:
+        """Return a function that measures the machine's rate, GFLOP/s."""
+        from benchmark.calibration import MultiplyAdd
+        from livecl.opencl.device import open_device
+
+        return MultiplyAdd(open_device(self.device)).rate
+
+    def machine(self) -> Answer:
+        """Tell what the machine is, and how fast at this moment."""
+        from benchmark.machine import facts
+        from livecl.opencl.device import open_device
+
+        return {**facts(open_device(self.device), self.root), "gflops": self.rate()()}
+
+    def prepare(self) -> Answer:
+        """Make a case's picture, and the scene of an iteration."""
+        from benchmark.scenes import made, picture, save_scene
+
+        if self.case.kind in ("step", "run"):
+            np.save(self.picture_file, picture(self.case.picture, self.case.side, self.photo))
+        if self.case.kind == "step":
+            save_scene(self.scene_file, made(self.case, self.photo, self.device))
+        return {}
+
+    def check(self) -> Answer:
+        """Check that a case does what it should."""
+        from benchmark.checks import check_error, check_step
+        from benchmark.scenes import load_scene
+
+        if self.case.kind == "step":
+            image, exact = np.load(self.picture_file), self.case.picture != "covers"
+            return {"checked": check_step(image, load_scene(self.scene_file), self.device, exact=exact)}
+        if self.case.kind == "run":
+            return {"checked": check_error(self.whole_run().mse, self.case.mse_at_most)}
+        return {"checked": {"seconds": self.process_seconds()}}
+
+    def time(self) -> Answer:
+        """Time a case, and break it down."""
+        from benchmark.calibration import repeated
+
+        if self.case.kind == "step":
+            return self.time_step()
+        if self.case.kind == "run":
+            return self.time_run()
+        return {"time": repeated(self.process_seconds, self.rate(), self.repeats or PROCESSES).summary()}
+
+    def time_step(self) -> Answer:
+        """Time iterations from a scene on, then break them down."""
+        from benchmark import breakdown
+        from benchmark.calibration import repeated
+        from benchmark.machine import peak_megabytes
+        from benchmark.scenes import load_scene
+
+        trained = training(np.load(self.picture_file), load_scene(self.scene_file), self.device)
+
+        def step() -> None:
+            trained.step()
+
+        start = time.perf_counter()
+        while time.perf_counter() - start < WARM_UP:
+            step()
+        found = repeated(step, self.rate(), self.repeats)
+        fitting = int(np.clip(BREAKDOWN_SECONDS / np.median(found.seconds), 1, breakdown.ITERATIONS))
+        iterations = min(fitting, self.repeats or fitting)
+        return {
+            "time": found.summary(),
+            "host": breakdown.host_steps(step, iterations),
+            "kernels": breakdown.kernels(step, iterations),
+            "memory_mb": peak_megabytes(),
+        }
+
+    def time_run(self) -> Answer:
+        """Time whole runs, without compilation, and break one of them down by its parts."""
+        from benchmark import breakdown
+        from benchmark.calibration import repeated
+        from benchmark.machine import peak_megabytes
+
+        self.whole_run()  # imports what it needs
+        found = repeated(lambda: self.whole_run().seconds, self.rate(), self.repeats or RUNS)
+        clock = breakdown.Clock()
+        with breakdown.wrapped(clock, breakdown.RUN_PARTS):
+            result = self.whole_run()
+        whole = result.seconds + result.compile_seconds
+        parts = {label: 1e3 * seconds for label, seconds in clock.seconds.items()}
+        parts[breakdown.OTHER] = 1e3 * whole - sum(parts.values())
+        return {"time": found.summary(), "parts": parts, "memory_mb": peak_megabytes()}
+
+    def whole_run(self) -> Any:
+        """Run the case's preset and schedule."""
+        import livecl
+        from livecl.options import PRESETS
+
+        options, image = PRESETS[self.case.preset](), np.load(self.picture_file)
+        return livecl.vectorize(
+            image, self.case.paths, schedule=self.case.schedule, options=options, device=self.device
+        )
+
+    def process_seconds(self) -> float:
+        """Return the seconds of the process that a case is about."""
+        from benchmark.startup import first_iteration_seconds, import_seconds
+
+        if self.case.kind == "import":
+            return import_seconds(self.root)
+        return first_iteration_seconds(self.root, self.device, cold=self.case.cold)
 
 
 def main(text: str) -> None:
-    """Answer a request given as JSON, in JSON. A failed check is an answer; other errors end the process."""
-    request = Request.from_json(text)
-    root = Path(request.root).resolve()
-    sys.path.insert(0, str(root))
-    import livecl
-
-    if Path(livecl.__file__).resolve().parent.parent != root:
-        raise RuntimeError(f"livecl was imported from {livecl.__file__}, wanted {root}")
+    """Answer a request given as JSON. A failed check is an answer; other errors end the process."""
+    request = json.loads(text)
+    verb, answer_file = request.pop("verb"), Path(request["folder"]) / "answer.json"
+    use_checkout(Path(request["root"]))
     from benchmark.checks import CheckError
 
     try:
-        answer = {"machine": machine, "prepare": prepare, "check": check, "time": measure}[request.verb](request)
+        answer = getattr(Worker(**request), verb)()
     except CheckError as error:
         answer = {"failed": str(error)}
-    request.answer_file.write_text(json.dumps(answer), encoding="utf-8")
-
-
-def machine(request: Request) -> Answer:
-    """Tell what the machine is, and calibrate it."""
-    from benchmark.calibration import calibrate
-    from benchmark.machine import facts
-    from livecl.opencl.device import open_device
-
-    opened = open_device(request.device)
-    return {**facts(opened, Path(request.root)), **calibrate(opened)}
-
-
-def prepare(request: Request) -> Answer:
-    """Make the scene of an iteration and count what is in it; for a whole run, make only its picture."""
-    from benchmark.scene_file import save_scene
-    from benchmark.scenes import made, picture
-
-    case = request.the_case
-    if case.kind not in ("step", "course"):
-        return {}
-    np.save(request.picture_file, picture(case.picture, case.side, request.photo))
-    if case.kind == "course":
-        return {}
-    state = made(case, request.photo, request.device)
-    save_scene(request.scene_file, state)
-    return counted([(state.drawing, 1)], state.options.tau)
-
-
-def check(request: Request) -> Answer:
-    """Check that a case does what it should; for a whole run, also count what its stages have to deal with."""
-    from benchmark.checks import check_error, check_step
-
-    case = request.the_case
-    if case.kind == "step":
-        from benchmark.scene_file import load_scene
-
-        image, state = np.load(request.picture_file), load_scene(request.scene_file)
-        return {"checked": check_step(image, state, request.device, exact=case.picture != "covers")}
-    if case.kind == "course":
-        from benchmark.measure import course
-        from livecl.options import Options
-
-        result = course(case, np.load(request.picture_file), request.device)
-        stages = [(stage.drawing, stage.iterations) for stage in result.stages]
-        return {"checked": check_error(result.mse, case.mse_at_most), **counted(stages, Options.paper().tau)}
-    from benchmark.startup import process_seconds
-
-    return {"checked": {"seconds": process_seconds(case, Path(request.root), request.device)}}
-
-
-def measure(request: Request) -> Answer:
-    """Time a case."""
-    from benchmark.measure import Machine, measure_course, measure_process, measure_step
-    from livecl.opencl.device import open_device
-
-    case, machine = request.the_case, Machine(open_device(request.device), request.device)
-    if case.kind == "step":
-        return measure_step(case, np.load(request.picture_file), request.scene_file, machine, request.repeats)
-    if case.kind == "course":
-        return measure_course(case, np.load(request.picture_file), machine, request.repeats)
-    return measure_process(case, Path(request.root), machine, request.repeats)
-
-
-def counted(stages: list[tuple[Drawing, int]], tau: float) -> Answer:
-    """Return the counts of the last drawing, its operations, and the floor of so many iterations on each drawing."""
-    from benchmark.counts import counts
-    from benchmark.floor import floor, operations
-    from benchmark.limit import Floor
-    from livecl.geometry.bezier import pieces_for
-    from livecl.rendering.rasterizer import TOLERANCE
-
-    total = Floor(0, 0, 0)
-    for drawing, iterations in stages:
-        scene = counts(drawing, pieces_for(drawing.cubics, TOLERANCE), tau)
-        total += floor(scene).times(iterations)
-    return {
-        "counts": dataclasses.asdict(scene),
-        "operations": operations(scene),
-        "floor": dataclasses.asdict(total),
-    }
+    answer_file.write_text(json.dumps(answer), encoding="utf-8")

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Import the package of the checkout that is measured, and name the parts of it that the benchmark uses.
+
+Checkouts from before the package had packages of its own are measured too: their modules go by today's names.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from pathlib import Path
+from typing import Any
+
+#: Today's module: its name when `livecl` was flat.
+FLAT = {
+    "drawing.drawing": "drawing",
+    "geometry.bezier": "bezier",
+    "image.reading": "image",
+    "opencl.device": "device",
+    "opencl.launcher": "launcher",
+    "opencl.program": "program",
+    "rendering.device_drawing": "scene",
+    "rendering.rasterizer": "rasterizer",
+    "run.loop": "loop",
+    "run.stages": "vectorizer",
+    "training.objective": "objective",
+    "training.state": "state",
+    "training.step": "training",
+    "training.xing": "losses",
+}
+
+
+def use_checkout(root: Path) -> None:
+    """Import livecl from a checkout, which PYTHONPATH names.
+
+    Raises
+    ------
+    RuntimeError
+        If another one is imported.
+    """
+    import livecl
+
+    if Path(livecl.__file__).resolve().parent.parent != root.resolve():
+        raise RuntimeError(f"livecl was imported from {livecl.__file__}, wanted {root}")
+    if not (root / "livecl" / "opencl").is_dir():
+        for name, flat in FLAT.items():
+            sys.modules[f"livecl.{name}"] = importlib.import_module(f"livecl.{flat}")
+
+
+def compiled(opened: Any, source: str) -> Any:
+    """Return a program of the benchmark's own, compiled as livecl compiles its kernels."""
+    import pyopencl as cl
+
+    from livecl.opencl import program
+
+    if hasattr(program, "compile_source"):
+        return program.compile_source(opened, source, [])
+    return cl.Program(opened.context, source).build()
+
+
+def training(image: Any, drawing: Any, device: int | str | None) -> Any:
+    """Return a run that trains a drawing on an image with the paper's settings.
+
+    Its `step()` does an iteration and returns the loss; `state.drawing` is the drawing.
+    """
+    from livecl.options import Options
+    from livecl.run.stages import Vectorizer
+    from livecl.training.state import State
+
+    return Vectorizer(image, State.start(drawing, Options.paper(), (drawing.num_layers,), 0), device)
