@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import os
 import pathlib
 import signal
+import tempfile
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -16,11 +18,19 @@ if TYPE_CHECKING:
 RasterizerFor = Callable[[tuple[int, int], type], "Rasterizer"]
 
 
-def pytest_configure() -> None:
-    """Have signals do what they usually do, where this process was started to ignore them, as in the background."""
+def pytest_configure(config: pytest.Config) -> None:
+    """Undo what the surroundings would change: ignored signals, a home where no compiled kernels can be kept."""
+    # Started in the background, a process may ignore signals.
     for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, usual)
+    # Else each process warns that it cannot keep them, and compiles them anew.
+    cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path("~/.cache").expanduser())
+    there = next(folder for folder in (cache, *cache.parents) if folder.exists())
+    if not os.access(there, os.W_OK | os.X_OK):
+        folder = tempfile.TemporaryDirectory(prefix="livecl-tests-")
+        os.environ["XDG_CACHE_HOME"] = folder.name
+        config.add_cleanup(folder.cleanup)
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

@@ -31,7 +31,7 @@ def test_writes_and_replaces(tmp_path: Path, data: str | bytes, content: bytes) 
 def test_relative_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     write_atomically("a.txt", "x")
-    assert (tmp_path / "a.txt").read_text() == "x"
+    assert (tmp_path / "a.txt").read_text(encoding="utf-8") == "x"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="permission bits are POSIX's")
@@ -54,7 +54,7 @@ def test_writes_through_a_link(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to(tmp_path / "deep" / "real")
     write_atomically(tmp_path / "link", "new")
     assert (tmp_path / "link").is_symlink()
-    assert (tmp_path / "deep" / "real").read_text() == "new"
+    assert (tmp_path / "deep" / "real").read_text(encoding="utf-8") == "new"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes are POSIX's")
@@ -80,7 +80,7 @@ def test_failure_leaves_the_old_file_and_no_other(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(os, "fsync", fail)
     with pytest.raises(OSError, match="No space left"):
         write_atomically(target, "new")
-    assert target.read_text() == "old"
+    assert target.read_text(encoding="utf-8") == "old"
     assert list(tmp_path.iterdir()) == [target]
 
 

@@ -165,7 +165,7 @@ def test_a_damaged_table_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
     files = make_pictures(tmp_path / "in", 2)
     vectorize_files(files, tmp_path / "out", recipe=QUICK, workers=1)
     summary = tmp_path / "out" / "summary.csv"
-    summary.write_text(summary.read_text()[:-100])
+    summary.write_text(summary.read_text(encoding="utf-8")[:-100])
     outcomes = vectorize_files(files, tmp_path / "out", recipe=QUICK, workers=1)
     assert [outcome.status for outcome in outcomes] == ["skipped", "done"]
 
@@ -195,7 +195,7 @@ def test_another_s_table_is_not_overwritten(tmp_path: Path) -> None:
     (tmp_path / "summary.csv").write_text("sales,2024\n")
     with pytest.raises(ValueError, match=r"summary\.csv: is not the table of a batch and would be overwritten"):
         Batch(files, tmp_path, recipe=QUICK)
-    assert (tmp_path / "summary.csv").read_text() == "sales,2024\n"
+    assert (tmp_path / "summary.csv").read_text(encoding="utf-8") == "sales,2024\n"
 
 
 def test_an_svg_that_cannot_be_written_fails_alone(tmp_path: Path) -> None:

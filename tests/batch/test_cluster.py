@@ -159,7 +159,7 @@ def test_a_cluster_for_the_time_of_the_batch(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_the_commands_of_the_documentation(tmp_path: Path) -> None:
     (file,) = make_pictures(tmp_path / "photos", 1)
-    text = (ROOT / "docs" / "clusters.md").read_text()
+    text = (ROOT / "docs" / "clusters.md").read_text(encoding="utf-8")
     lines = re.findall(r"^ *((?:POCL\S+ )?(?:dask|livecl) .*10\.0\.0\.5.*)$", text, re.MULTILINE)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))

@@ -77,7 +77,7 @@ def test_json(folder: Path) -> None:
     assert (
         cli.main([*arguments, "--seed", "7", "--segments", "3", "--xing-weight", "0.5", "--background", "#ff8000"]) == 0
     )
-    report = json.loads(Path("out.json").read_text())
+    report = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert set(report) == {
         "width",
         "height",
@@ -108,7 +108,7 @@ def test_json(folder: Path) -> None:
 def test_json_width_and_height(folder: Path) -> None:
     save_image("wide.png", np.zeros((5, 9, 3)))
     assert cli.main(["wide.png", "-o", "out.svg", "--json", "out.json", "--paths", "1", "--iterations", "1"]) == 0
-    report = json.loads(Path("out.json").read_text())
+    report = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert (report["width"], report["height"]) == (9, 5)
 
 
@@ -124,7 +124,7 @@ def test_stages(folder: Path) -> None:
 
 
 def test_existing_output_is_replaced(folder: Path) -> None:
-    Path("out.svg").write_text("old")
+    Path("out.svg").write_text("old", encoding="utf-8")
     assert cli.main(["in.png", "-o", "out.svg", *SHORT]) == 0
     assert livecl.read_svg("out.svg").num_layers
 
@@ -148,7 +148,7 @@ def test_presets(folder: Path, preset: str) -> None:
 
     arguments = ["in.png", "-o", "out.svg", "--json", "out.json", "--paths", "3", "--preset", preset]
     assert cli.main([*arguments, "--iterations", "2", "--shape", "random"]) == 0
-    report = json.loads(Path("out.json").read_text())
+    report = json.loads(Path("out.json").read_text(encoding="utf-8"))
     expected = vars(PRESETS[preset](iterations=2, shape="random"))
     assert {name: report["options"][name] for name in expected} == expected
     assert report["options"]["schedule"] == ([3] if preset == "diffvg" else [1, 2])
@@ -158,7 +158,7 @@ def test_random_placement_starts_as_circles(folder: Path) -> None:
     arguments = ["in.png", "-o", "out.svg", "--json", "out.json", *SHORT, "--placement", "random"]
     for more, shape in (([], "circle"), (["--shape", "random"], "random"), (["--preset", "diffvg"], "random")):
         assert cli.main([*arguments, *more]) == 0
-        assert json.loads(Path("out.json").read_text())["options"]["shape"] == shape
+        assert json.loads(Path("out.json").read_text(encoding="utf-8"))["options"]["shape"] == shape
     assert cli.main([*arguments, "--shape", "outline"]) == 2
 
 
@@ -166,7 +166,7 @@ def test_schedules(folder: Path) -> None:
     def schedule(*arguments: str) -> Any:
         command = ["in.png", "-o", "out.svg", "--json", "out.json", "--iterations", "1", *arguments]
         assert cli.main(command) == 0
-        return json.loads(Path("out.json").read_text())["options"]["schedule"]
+        return json.loads(Path("out.json").read_text(encoding="utf-8"))["options"]["schedule"]
 
     assert schedule() == [1, 2, 4, 1]
     assert schedule("--schedule", "exp", "--paths", "5") == [1, 2, 2]
@@ -194,7 +194,7 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_readme_names_every_option() -> None:
     options = [option for action in cli.build_parser()._actions for option in action.option_strings]
-    text = (ROOT / "README.md").read_text()
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert [option for option in options if option.startswith("--") and f"`{option}" not in text] == []
 
 
@@ -209,7 +209,7 @@ def test_device_by_name_and_index(folder: Path) -> None:
     device = livecl.list_devices()[0]
     for choice in ("0", device.name):
         assert cli.main(["in.png", "-o", "out.svg", "--json", "out.json", "--device", choice, *SHORT]) == 0
-        assert json.loads(Path("out.json").read_text())["device"] == str(device)
+        assert json.loads(Path("out.json").read_text(encoding="utf-8"))["device"] == str(device)
 
 
 def make_bad_inputs(folder: Path) -> None:
@@ -330,12 +330,12 @@ def test_failure_while_working(
         raise error
 
     monkeypatch.setattr("livecl.run.vectorization.vectorize_pixels", vectorize)
-    Path("out.svg").write_text("old")
+    Path("out.svg").write_text("old", encoding="utf-8")
     assert cli.main(["in.png", "-o", "out.svg"]) == code
     captured = capsys.readouterr()
     assert captured.out == ""
     assert re.fullmatch(r"livecl: error: [^\n]+\n", captured.err)
-    assert Path("out.svg").read_text() == "old"
+    assert Path("out.svg").read_text(encoding="utf-8") == "old"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")

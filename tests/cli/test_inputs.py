@@ -88,7 +88,7 @@ def test_large_pictures_are_worked_on_small(folder: Path, capsys: pytest.Capture
     assert first == "large.png: 90x60 px, worked on at 37x24 px (--size full works on all pixels)"
     assert re.fullmatch(r"out\.svg: \d paths, MSE \S+ at 37x24 px, \S+ s", last)
     assert livecl.read_svg("out.svg").size == (60, 90)
-    report = json.loads(Path("out.json").read_text())
+    report = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert [report[name] for name in ("width", "height", "working_width", "working_height")] == [90, 60, 37, 24]
     # The square is where it is in the picture: anywhere else, the error would be above that of a blank canvas.
     assert np.mean((livecl.render(livecl.read_svg("out.svg")) - image) ** 2) < np.mean((1 - image) ** 2) / 4
@@ -102,9 +102,9 @@ def test_precision_and_layers(folder: Path) -> None:
     assert cli.main([*arguments, "--precision", "0"]) == 0
     points = livecl.read_svg("out.svg").points
     np.testing.assert_array_equal(points, np.round(points))
-    assert "inkscape" in Path("out.svg").read_text()
+    assert "inkscape" in Path("out.svg").read_text(encoding="utf-8")
     assert cli.main([*arguments, "--layers", "plain"]) == 0
-    assert "inkscape" not in Path("out.svg").read_text()
+    assert "inkscape" not in Path("out.svg").read_text(encoding="utf-8")
 
 
 def test_start_and_lock(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -114,7 +114,7 @@ def test_start_and_lock(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert cli.main([*arguments, "--paths", "1", "--lock", "0", "--json", "out.json"]) == 0
     after = livecl.read_svg("out.svg")
     np.testing.assert_array_equal(after.layer_subset([0]).points, before.layer_subset([0]).points)
-    assert json.loads(Path("out.json").read_text())["options"]["schedule"] == [0, 1]
+    assert json.loads(Path("out.json").read_text(encoding="utf-8"))["options"]["schedule"] == [0, 1]
     assert cli.main([*arguments, "--stages", "stages"]) == 0
     assert [file.name for file in Path("stages").iterdir()] == ["stage-1.svg"]
     assert livecl.read_svg("out.svg").num_layers == before.num_layers
@@ -138,7 +138,7 @@ def test_verbose_tells_of_each_stage(folder: Path, capsys: pytest.CaptureFixture
 
 
 def test_a_folder_gives_a_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    Path("in/broken.png").write_text("no picture")
+    Path("in/broken.png").write_text("no picture", encoding="utf-8")
     assert cli.main(["in", "-o", "out", *SHORT, "--workers", "1", "--size", "24"]) == 1
     assert capsys.readouterr().err.splitlines() == [
         "livecl: error: in/broken.png: not a picture of a kind that can be read; give a whole PNG, JPEG, GIF, WebP, "
@@ -155,7 +155,7 @@ def test_a_folder_gives_a_folder(folder: Path, capsys: pytest.CaptureFixture[str
     assert capsys.readouterr().err == "out: 3 done before\n"
     assert cli.main(["in/*-1.png", "-o", "out", *SHORT, "--workers", "1", "--size", "24", "--redo", "-q"]) == 0
     assert capsys.readouterr() == ("", "")
-    with Path("out/summary.csv").open(newline="") as file:
+    with Path("out/summary.csv").open(encoding="utf-8", newline="") as file:
         assert [row["output"] for row in csv.DictReader(file)] == [f"picture-{index}.svg" for index in range(3)]
 
 
@@ -211,7 +211,7 @@ def test_an_interrupted_batch_keeps_what_is_finished(folder: Path) -> None:
     assert stderr == b"livecl: error: interrupted; what was finished is in out\n"
     finished = svgs(Path("out"))
     assert finished and "zz-long" not in finished
-    with Path("out/summary.csv").open(newline="") as file:
+    with Path("out/summary.csv").open(encoding="utf-8", newline="") as file:
         assert {row["output"].removesuffix(".svg") for row in csv.DictReader(file)} == set(finished)
     deadline = time.monotonic() + 10  # for the helper process of multiprocessing, which ends after its parent
     while group_exists(process.pid) and time.monotonic() < deadline:

@@ -56,10 +56,10 @@ def test_a_signal_ends_the_run_with_the_best_drawing(number: signal.Signals, cod
     assert exit_code == code
     assert said.startswith(f"livecl: error: {reason}; out.svg has the best drawing so far: 1 paths, MSE 0.")
     assert said.endswith(" s; --resume goes on from out.svg.checkpoint\n") and said.count("\n") == 1
-    facts = json.loads(Path("out.json").read_text())
+    facts = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert facts["stopped"] == reason and facts["paths"] == 1 and facts["stages"][0]["iterations"] > 0
     assert livecl.read_svg("out.svg").num_layers == livecl.read_svg("stages/stage-1.svg").num_layers == 1
-    assert "</html>" in Path("out.html").read_text()
+    assert "</html>" in Path("out.html").read_text(encoding="utf-8")
     assert CHECKPOINT.exists() and not list(folder.glob(".livecl-*"))
 
 
@@ -89,7 +89,7 @@ def test_a_batch_that_is_terminated_keeps_what_is_finished(folder: Path) -> None
     assert code == 143
     assert "livecl: error: terminated; what was finished is in svgs" in said and "Traceback" not in said
     done = {file.name for file in folder.glob("svgs/*.svg")}
-    assert all(name in Path("svgs/summary.csv").read_text() for name in done)
+    assert all(name in Path("svgs/summary.csv").read_text(encoding="utf-8") for name in done)
 
 
 @pytest.fixture
@@ -105,7 +105,7 @@ def test_the_time_limit(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
     said = capsys.readouterr().err
     assert said.startswith("time limit; out.svg has the best drawing so far: 1 paths, MSE 0.")
     assert said.endswith("; --resume goes on from out.svg.checkpoint\n")
-    assert json.loads(Path("out.json").read_text())["stopped"] == "time limit"
+    assert json.loads(Path("out.json").read_text(encoding="utf-8"))["stopped"] == "time limit"
     assert livecl.read_svg("out.svg").num_layers == 1
     assert cli.main([*command, "-q", "--no-checkpoint"]) == 0
     assert capsys.readouterr().err == ""
@@ -255,7 +255,7 @@ def test_a_device_that_fails(
     assert f"has the best drawing so far: 1 paths, MSE {error}" in last
     assert last.endswith("; --resume goes on from out.svg.checkpoint")
     assert lines[0].startswith("livecl: error: --sheet: out.png: "), "it is rendered"
-    facts = json.loads(Path("out.json").read_text())
+    facts = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert "INVALID_COMMAND_QUEUE" in facts["stopped"] and (facts["mse"] is not None) == known
     assert livecl.read_svg("out.svg").num_layers == 1
     monkeypatch.setattr(Launcher, "__call__", launch)

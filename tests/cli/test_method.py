@@ -84,7 +84,7 @@ def test_presets_are_named_options(preset: str) -> None:
 def test_options_shown_read_back(tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str]) -> None:
     file = tmp_path / "options.toml"
     file.write_text(shown(capsys, *arguments))
-    assert shown(capsys, "--config", str(file)) == file.read_text()
+    assert shown(capsys, "--config", str(file)) == file.read_text(encoding="utf-8")
     assert recipe("--config", str(file)).fingerprint == recipe(*arguments).fingerprint
 
 

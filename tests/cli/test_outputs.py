@@ -33,7 +33,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_all_are_written(folder: Path) -> None:
     outputs = ["--report", "r.html", "--sheet", "s.png", "--gif", "g.gif", "--frame-step", "3", "--plot", "p.svg"]
     assert cli.main([*SHORT, *outputs, "--mp4", "m.mp4"]) == 0
-    page = Path("r.html").read_text()
+    page = Path("r.html").read_text(encoding="utf-8")
     assert "in.png" in page
     assert "--frame-step" in page  # the command to repeat it
     with Image.open("s.png") as sheet:
@@ -41,7 +41,7 @@ def test_all_are_written(folder: Path) -> None:
     with Image.open("g.gif") as film:
         # Steps 1, 3 and 6 of both stages, and the result; pictures that are equal are one.
         assert 3 <= getattr(film, "n_frames", 1) <= 7
-    assert "<svg" in Path("p.svg").read_text()
+    assert "<svg" in Path("p.svg").read_text(encoding="utf-8")
     assert Path("m.mp4").read_bytes()[4:8] == b"ftyp"
 
 

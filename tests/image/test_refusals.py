@@ -133,7 +133,7 @@ from imageio import v3
 from livecl.errors import ImageError
 from PIL import Image, ImageCms
 Image.init()
-has = int(pathlib.Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+has = int(pathlib.Path("/proc/self/statm").read_text(encoding="utf-8").split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (has + {ROOM}, has + {ROOM}))
 for path in sorted(pathlib.Path(sys.argv[1]).iterdir()):
     try:

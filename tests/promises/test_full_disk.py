@@ -42,7 +42,7 @@ def test_an_svg_that_cannot_be_written_is_saved_elsewhere_and_written_later(
 ) -> None:
     assert cli.main([*COMMAND, "-q"]) == 0
     whole = Path("out.svg").read_bytes()
-    Path("out.svg").write_text("old")
+    Path("out.svg").write_text("old", encoding="utf-8")
     with monkeypatch.context() as full:
         full.setattr("livecl.cli.outputs.write_atomically", no_space)
         assert cli.main([*COMMAND, *SAVED, "--json", "out.json", "-q"]) == 1
@@ -55,7 +55,7 @@ def test_an_svg_that_cannot_be_written_is_saved_elsewhere_and_written_later(
     )
     assert saved, said
     assert "livecl: error: --json: out.json: cannot be written (No space left on device)\n" in said
-    assert Path(saved[1]).read_bytes() == whole and Path("out.svg").read_text() == "old"
+    assert Path(saved[1]).read_bytes() == whole and Path("out.svg").read_text(encoding="utf-8") == "old"
 
     def step(vectorizer: Vectorizer) -> None:
         raise AssertionError("there is nothing left to do")
@@ -115,7 +115,7 @@ def test_standard_output_that_is_full(folder: Path) -> None:
         said,
     )
     saved = Path(said.split()[-1])
-    assert saved.read_text().rstrip().endswith("</svg>")
+    assert saved.read_text(encoding="utf-8").rstrip().endswith("</svg>")
     saved.unlink()
     saved.parent.rmdir()
 
@@ -169,7 +169,7 @@ def test_a_disk_that_fills_up_while_the_run_is_under_way(small_disk: Path, tmp_p
     assert process.returncode == 1
     assert "Traceback" not in process.stderr and "cannot be written (No space left on device)" in process.stderr
     (saved,) = re.findall(r"the drawing is in (\S+\.svg)", process.stderr)
-    assert Path(saved).read_bytes() == whole.read_bytes() and out.read_text() == "old"
+    assert Path(saved).read_bytes() == whole.read_bytes() and out.read_text(encoding="utf-8") == "old"
     code, said = ended(start(tmp_path, *command, "-o", str(out)))
     assert code == 2 and "No space left on device" in said, "found before the work"
     (small_disk / "filling").unlink()

@@ -51,7 +51,9 @@ def test_what_was_got_is_written_beside(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(golden_set, "GOT", tmp_path / "got.json")
     golden_set.write_got("renders", {"a": {"mean": 1.0}})
     golden_set.write_got("outcomes", {"a": {"mse": 0.1}})
-    assert '"renders"' in golden_set.GOT.read_text() and '"outcomes"' in golden_set.GOT.read_text()
+    assert '"renders"' in golden_set.GOT.read_text(encoding="utf-8") and '"outcomes"' in golden_set.GOT.read_text(
+        encoding="utf-8"
+    )
 
 
 def test_the_command_writes_only_when_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 import statistics
 import subprocess
 import sys
@@ -26,7 +27,9 @@ pytestmark = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="
 
 def long_run(kind: str, count: int) -> list[dict[str, Any]]:
     """Return what a long run says after each tenth."""
-    done = subprocess.run([sys.executable, str(SCRIPT), kind, str(count)], capture_output=True, text=True, check=False)
+    environment = {**os.environ, "PYTHONPATH": str(SCRIPT.parents[1])}
+    command = [sys.executable, str(SCRIPT), kind, str(count)]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
     assert done.returncode == 0, done.stderr
     rows = [json.loads(line) for line in done.stdout.splitlines()]
     assert [row["done"] for row in rows] == [tenth * (count // 10) for tenth in range(1, 11)]

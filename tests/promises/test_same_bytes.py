@@ -40,7 +40,8 @@ def threads(count: int) -> dict[str, str]:
 def digests_with(*names: str, cwd: Path | None = None, options: tuple[str, ...] = (), **changes: str) -> dict[str, str]:
     """Return the digests of runs in a process of its own."""
     command = [sys.executable, *options, str(SCRIPT), *names]
-    done = subprocess.run(command, env={**os.environ, **changes}, cwd=cwd, capture_output=True, text=True, check=False)
+    environment = {**os.environ, "PYTHONPATH": str(SCRIPT.parents[1]), **changes}
+    done = subprocess.run(command, env=environment, cwd=cwd, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     found: dict[str, str] = json.loads(done.stdout)
     return found

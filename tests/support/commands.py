@@ -58,7 +58,7 @@ def written(folder: Path) -> dict[str, Any]:
     """Return what a run has written, without what says how long it took."""
     found: dict[str, Any] = {"out.svg": (folder / "out.svg").read_bytes()}
     found |= {file.name: file.read_bytes() for file in (folder / "stages").glob("*.svg")}
-    facts = json.loads((folder / "out.json").read_text())
+    facts = json.loads((folder / "out.json").read_text(encoding="utf-8"))
     for part in (facts, *facts["stages"]):
         part.pop("seconds")
     facts.pop("compile_seconds")

@@ -124,7 +124,7 @@ def test_structures_must_agree() -> None:
 
 def test_save(tmp_path: Path) -> None:
     save_animated_svg(tmp_path / "out.svg", [square(4), square(20)], seconds=3)
-    assert (tmp_path / "out.svg").read_text() == format_animated_svg([square(4), square(20)], seconds=3)
+    assert (tmp_path / "out.svg").read_text(encoding="utf-8") == format_animated_svg([square(4), square(20)], seconds=3)
 
 
 def gif_frames(path: Path) -> tuple[list[np.ndarray], list[int]]:

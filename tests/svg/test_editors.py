@@ -53,14 +53,14 @@ def test_saved_again_by_inkscape(layers: LayerStyle, option: str, tmp_path: Path
     drawing, source, target = sample(), tmp_path / "in.svg", tmp_path / "out.svg"
     save_svg(drawing, source, layers=layers)
     inkscape(option, f"--export-filename={target}", str(source))
-    assert "sodipodi" in target.read_text() or option == "--export-plain-svg"
+    assert "sodipodi" in target.read_text(encoding="utf-8") or option == "--export-plain-svg"
     back = livecl.read_svg(target)
     assert_equal(back, drawing, but=("stages",) if layers == "plain" else ())
     drops_names = (layers, option) == ("inkscape", "--export-plain-svg")
     wanted = [drawing.labels[0], drawing.labels[1], "a-b-c-d-" if drops_names else drawing.labels[2], drawing.labels[3]]
     assert list(back.names) == wanted
     if not drops_names:
-        assert format_svg(back, layers=layers) == source.read_text()
+        assert format_svg(back, layers=layers) == source.read_text(encoding="utf-8")
 
 
 def test_edited_by_inkscape(tmp_path: Path) -> None:

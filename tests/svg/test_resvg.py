@@ -27,7 +27,7 @@ def test_shown_as_resvg_shows_it(path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         drawing = livecl.read_svg(path)
-    picture = compare_svg.shown_by_resvg(path.read_text())
+    picture = compare_svg.shown_by_resvg(path.read_text(encoding="utf-8"))
     assert picture.shape[:2] == drawing.size
     assert (picture[..., 3] > 0).mean() > 0.05
     _, edge, flat = compare_svg.differences(drawing, picture)

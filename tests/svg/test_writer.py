@@ -247,9 +247,9 @@ def test_save(tmp_path: Path) -> None:
     assert_equal(read_svg(path), quantize(drawing, 1))
     assert_equal(read_svg(str(path)), quantize(drawing, 1))
     drawing.save_svg(path, 2, "plain")
-    assert path.read_text() == format_svg(drawing, 2, "plain")
+    assert path.read_text(encoding="utf-8") == format_svg(drawing, 2, "plain")
     drawing.save_svg(path)
-    assert path.read_text() == drawing._repr_svg_() == format_svg(drawing)
+    assert path.read_text(encoding="utf-8") == drawing._repr_svg_() == format_svg(drawing)
     assert list(tmp_path.iterdir()) == [path]
 
 

@@ -237,7 +237,7 @@ def test_evaluation(folder: Path) -> None:
         for asked in "12"
     }
     assert tuple(table[0]) == tables.COLUMNS
-    results = json.loads((out / "results.json").read_text())
+    results = json.loads((out / "results.json").read_text(encoding="utf-8"))
     assert len(results["failures"]) == 3
     assert all("clip_bad.png" in failure and "ImageError" in failure for failure in results["failures"])
     assert done.stdout.count("failed: ") == 3
@@ -257,7 +257,7 @@ def test_evaluation(folder: Path) -> None:
     # Again: nothing but the failures is tried, and the results are the same.
     again = tool(folder, *command)
     assert "6 runs are done already, 3 to do" in again.stderr
-    assert json.loads((out / "results.json").read_text())["rows"] == results["rows"]
+    assert json.loads((out / "results.json").read_text(encoding="utf-8"))["rows"] == results["rows"]
 
     # Other options, and a result that was not finished: these are made anew.
     next((out / "runs" / "once" / "in").rglob("result.json")).unlink()
@@ -265,7 +265,7 @@ def test_evaluation(folder: Path) -> None:
     last = tool(folder, *(argument.replace("iterations=5", "iterations=4") for argument in command))
     assert last.returncode == 0
     assert "3 runs are done already, 3 to do" in last.stderr
-    assert json.loads((out / "results.json").read_text())["failures"] == []
+    assert json.loads((out / "results.json").read_text(encoding="utf-8"))["failures"] == []
 
 
 def test_results_of_another_program_are_kept_on_demand(folder: Path) -> None:

@@ -56,13 +56,13 @@ def test_folder_of_svgs(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
     ends = livecl.read_svg("a.svg"), livecl.read_svg("b.svg")
     assert [file.name for file in files] == ["frame-01.svg", "frame-02.svg", "frame-03.svg"]
     for file, drawing in zip(files, interpolate(*ends, [0, 0.5, 1]), strict=True):
-        assert file.read_text() == format_svg(drawing)
+        assert file.read_text(encoding="utf-8") == format_svg(drawing)
     assert capsys.readouterr() == ("", "out: 3 drawings of 2 layers\n")
 
 
 def test_animated_svg(folder: Path) -> None:
     assert interpolate_tool.main(["a.svg", "b.svg", "-o", "out.svg", "-q", "--seconds", "3", "--one-way"]) == 0
-    text = (folder / "out.svg").read_text()
+    text = (folder / "out.svg").read_text(encoding="utf-8")
     assert text.count("<animate ") == 3  # the disc's shape and colour, the rectangle's shape
     assert 'dur="4s"' in text  # and half a second at either end
 
@@ -79,7 +79,7 @@ def test_gif_and_strip(folder: Path) -> None:
 def test_options_reach_the_method(folder: Path) -> None:
     assert interpolate_tool.main(["a.svg", "b.svg", "-o", "out.svg", "--match", "nearest", "--lone", "grow"]) == 0
     # The rectangles are paired; the discs differ too much in colour, so one shrinks and the other grows.
-    text = (folder / "out.svg").read_text()
+    text = (folder / "out.svg").read_text(encoding="utf-8")
     assert text.count("<path ") == 3
     assert "fill-opacity" not in text
 
@@ -99,7 +99,7 @@ def test_other_canvas_is_scaled(folder: Path) -> None:
 
 def test_refusals(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     B.replace(background=None).save_svg("clear.svg")
-    Path("file").write_text("no picture")
+    Path("file").write_text("no picture", encoding="utf-8")
     cases = {
         "there is no such file|No such file": ["none.svg", "b.svg", "-o", "out.svg"],
         "not a picture of a kind": ["a.svg", "file", "-o", "out.svg"],
@@ -127,7 +127,7 @@ def test_sequence(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert len({drawing.num_segments for drawing in drawings}) == 1
     assert "out: 3 drawings of" in capsys.readouterr().err
     assert vectorize_sequence.main(["frames/0.png", "frames/2.png", "-q", "-o", "out.svg", *SHORT]) == 0
-    assert "<animate " in (folder / "out.svg").read_text()
+    assert "<animate " in (folder / "out.svg").read_text(encoding="utf-8")
     assert capsys.readouterr() == ("", "")
 
 

@@ -156,7 +156,7 @@ def test_interrupt_in_a_real_notebook() -> None:
     book = nbformat.v4.new_notebook()
     book.cells = [
         nbformat.v4.new_code_cell(
-            "import os, signal, livecl, livecl.notebook\n"
+            "import os, signal, livecl, livecl.views.notebook\n"
             "def stop(step):\n"
             "    if step.iteration == 5: os.kill(os.getpid(), signal.SIGINT)\n"
             "with livecl.views.notebook.LiveView(on_step=stop) as view:\n"

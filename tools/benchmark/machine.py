@@ -48,7 +48,7 @@ def peak_megabytes() -> float:
     Linux's own figure for the program that is running now: `getrusage` also counts the process that started it.
     """
     status = Path("/proc/self/status")
-    if status.is_file() and (match := re.search(r"VmHWM:\s*(\d+) kB", status.read_text())):
+    if status.is_file() and (match := re.search(r"VmHWM:\s*(\d+) kB", status.read_text(encoding="utf-8"))):
         return int(match[1]) * 1024e-6
     unit = 1 if platform.system() == "Darwin" else 1024
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit * 1e-6

@@ -78,7 +78,7 @@ def described(error: BaseException) -> tuple[str, str]:
 
 def work(module: str, seed: int, numbers: range, current: Any, pipe: Connection, crash_file: str) -> None:
     """Try the cases of some numbers; send each finding, and the counts of all other outcomes."""
-    with open(crash_file, "w") as crash:  # noqa: PTH123  # faulthandler wants a file that stays open
+    with open(crash_file, "w", encoding="utf-8") as crash:  # noqa: PTH123  # faulthandler wants a file that stays open
         faulthandler.enable(crash)
         devnull = os.open(os.devnull, os.O_WRONLY)
         os.dup2(devnull, 2)  # codecs in C print there
@@ -106,7 +106,7 @@ def work(module: str, seed: int, numbers: range, current: Any, pipe: Connection,
 
 def limit_memory(megabytes: int) -> None:
     """Allow the process so much address space beyond what it has."""
-    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
     most = pages * resource.getpagesize() + megabytes * 1_000_000
     resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))
 
@@ -118,7 +118,7 @@ def watched(module: str, seed: int, numbers: range) -> Iterator[Finding | collec
     first = numbers.start
     while first < numbers.stop:
         current, (mine, theirs) = spawn.Value("q", first, lock=False), spawn.Pipe(duplex=False)
-        with tempfile.NamedTemporaryFile("r", suffix=".txt") as crash:
+        with tempfile.NamedTemporaryFile("r", encoding="utf-8", suffix=".txt") as crash:
             process = spawn.Process(
                 target=work, args=(module, seed, range(first, numbers.stop), current, theirs, crash.name), daemon=True
             )
