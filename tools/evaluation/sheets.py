@@ -17,7 +17,7 @@ from PIL import Image, ImageDraw, ImageFont
 from evaluation.measures import resvg_picture
 from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
-from livecl.geometry.crossings import flatten
+from livecl.geometry.bezier import flatten
 from livecl.image.reading import over_background, read_image
 from livecl.svg import read_svg
 from livecl.views.sheet import count_of, fitted, fitted_size
@@ -75,7 +75,7 @@ def outlines(drawing: Drawing, image: Image.Image) -> Image.Image:
         red, green, blue = colorsys.hsv_to_rgb(layer * _HUE_STEP % 1, 1, 0.8)
         ink = round(255 * red), round(255 * green), round(255 * blue)
         for first, end in itertools.pairwise(drawing.subpath_offsets[low : high + 1]):
-            corners = flatten(drawing.cubics[first:end]) * scale
+            corners = flatten(drawing.cubics[first:end], tolerance=0.1).corners * scale
             closed = [(float(x), float(y)) for x, y in [*corners, corners[0]]]
             pen.line(closed, fill=ink, width=_FINER)
     return canvas.resize(image.size, Image.Resampling.LANCZOS)
