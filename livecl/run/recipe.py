@@ -9,7 +9,7 @@ import hashlib
 import itertools
 import json
 import reprlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -87,7 +87,7 @@ class Recipe:
             raise ValueError(f"precision: got {reprlib.repr(self.precision)}, wanted 0 to {MAX_PRECISION} decimals")
         if self.layers not in LAYER_STYLES:
             raise ValueError(f"layers: got {reprlib.repr(self.layers)}, wanted {' or '.join(map(repr, LAYER_STYLES))}")
-        if self.start is None and len(self.lock):
+        if self.start is None and isinstance(self.lock, Collection) and len(self.lock):
             raise ValueError("lock: layers of what? give the drawing that they belong to as start")
         num_layers = 0 if self.start is None else self.start.num_layers
         if not isinstance(self.lock, Iterable) or any(layer not in range(num_layers) for layer in self.lock):
