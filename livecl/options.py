@@ -68,8 +68,10 @@ class Options:
         Differences of colour under it count as right already, c_alpha.
     bins : int
         Bins of about equal population that the other differences are sorted into.
-    learning_rate, color_learning_rate : float
-        Adam's step for control points, px, and for colours.
+    learning_rate : float
+        Adam's step for control points, px.
+    color_learning_rate : float
+        Adam's step for colours.
     full_rate_side : float
         Longer side of a canvas, px, from which on control points have all of their learning rate; on smaller canvases
         it is less in proportion. 0 for all of it on any.

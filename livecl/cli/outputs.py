@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from livecl.cli.messages import write_standard
 from livecl.cli.progress import FilmProgress
+from livecl.drawing.colors import format_rgb
 from livecl.files import check_file, check_folder, write_atomically
 from livecl.run.recipe import Recipe
 from livecl.run.result import Result
@@ -121,9 +122,13 @@ def write_json(file: Path, finished: Finished) -> None:
 
 
 def facts(finished: Finished) -> dict[str, Any]:
-    """Return what ``--json`` writes; seconds are without compilation, which stands apart."""
+    """Return what ``--json`` writes: size, options, error, layers (bottom first) and stages.
+
+    Seconds are without compilation, which stands apart.
+    """
     recipe, result = finished.recipe, finished.result
-    height, width = result.drawing.size
+    drawing = result.drawing
+    height, width = drawing.size
     working_height, working_width = result.working_size or result.drawing.size
     return {
         "width": width,
@@ -138,6 +143,24 @@ def facts(finished: Finished) -> dict[str, Any]:
         "stopped": result.stopped,
         "seconds": result.seconds,
         "compile_seconds": result.compile_seconds,
+        "layers": [
+            {
+                "label": label,
+                "color": format_rgb(rgba),
+                "opacity": float(rgba[3]),
+                "nodes": int(nodes),
+                "subpaths": int(subpaths),
+                "stage": int(stage) + 1,
+            }
+            for label, rgba, nodes, subpaths, stage in zip(
+                drawing.labels,
+                drawing.colors,
+                np.diff(drawing.segment_offsets),
+                np.diff(drawing.layer_offsets),
+                drawing.stages,
+                strict=True,
+            )
+        ],
         "stages": [
             {"paths": stage.paths, "mse": _known(stage.mse), "iterations": stage.iterations, "seconds": stage.seconds}
             for stage in result.stages
@@ -194,7 +217,7 @@ def write_mp4(file: Path, finished: Finished) -> None:
 #: What can be written beside the SVG, in the order in which it is.
 OUTPUTS = (
     Output("stages", "DIR", "also write the drawing after each stage: DIR/stage-1.svg ...", write_stages, stage_files),
-    Output("json", "FILE", "also write size, options, error and seconds as JSON", write_json),
+    Output("json", "FILE", "also write size, options, error, layers and seconds as JSON", write_json),
     Output("report", "OUT.html", "also write a page to look through layers, stages and errors", write_html),
     Output("sheet", "OUT.png", "also write picture and stages side by side", write_sheet, suffixes=(".png",)),
     Output(

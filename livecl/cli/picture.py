@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import tempfile
+import time
 from pathlib import Path
 
 from livecl.cli.control import beginning, going_on
@@ -22,6 +23,8 @@ from livecl.run.result import Result, RunError
 
 #: Exit code of what went wrong while working.
 FAILED = 1
+#: Seconds from which on the summary tells how long an output took.
+SLOW_OUTPUT = 1.0
 
 
 def run_job(job: Job, interrupts: Interrupts) -> int:
@@ -41,7 +44,12 @@ def run_job(job: Job, interrupts: Interrupts) -> int:
             return code or FAILED
         saved = _write_svg(job, finished)
     try:
-        written = [_write(kind, path, finished) for kind, path in job.outputs]
+        written, slow = [], []
+        for kind, path in job.outputs:
+            begin = time.monotonic()
+            written.append(_write(kind, path, finished))
+            if (seconds := time.monotonic() - begin) >= SLOW_OUTPUT:
+                slow.append(f"{kind.name} {seconds:.1f} s")
     except Interrupted as interrupted:
         complain(f"{interrupted}; {job.output_name} is written, other outputs may be missing{going_on(job.control)}")
         return interrupted.exit_code
@@ -49,7 +57,7 @@ def run_job(job: Job, interrupts: Interrupts) -> int:
         return code or FAILED
     if reason is None and all(written):
         _clean_up(job)
-    line = _line(job, finished.result, reason)
+    line = "; ".join([_line(job, finished.result, reason), *slow])
     if code:
         complain(line)
     elif not job.quiet:

@@ -92,7 +92,7 @@ class FilmProgress(_Progress):
     """
 
     def __init__(self, name: str, *, quiet: bool) -> None:
-        super().__init__(None, "picture", quiet=quiet)
+        super().__init__(1, "frame", quiet=quiet)
         self._bar.set_description(name)
 
     def show(self, done: int, total: int) -> None:

@@ -18,6 +18,7 @@ import pytest
 import livecl
 from livecl.cli import command as cli
 from livecl.cli.interrupts import Interrupted
+from livecl.drawing.colors import format_rgb
 from livecl.image.reading import save_image
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -84,6 +85,7 @@ def test_json(folder: Path) -> None:
         "working_width",
         "working_height",
         "device",
+        "layers",
         "version",
         "options",
         "paths",
@@ -100,7 +102,11 @@ def test_json(folder: Path) -> None:
     assert [stage["iterations"] for stage in report["stages"]] == [3, 3]
     assert report["paths"] == report["stages"][-1]["paths"]
     drawing = livecl.read_svg("out.svg")
-    assert report["paths"] == drawing.num_layers
+    assert report["paths"] == drawing.num_layers == len(report["layers"])
+    assert [layer["color"] for layer in report["layers"]] == [format_rgb(rgba) for rgba in drawing.colors]
+    assert [layer["nodes"] for layer in report["layers"]] == np.diff(drawing.segment_offsets).tolist()
+    assert [layer["stage"] for layer in report["layers"]] == [1, 2, 2]
+    assert {"label", "opacity", "subpaths"} < set(report["layers"][0])
     difference = livecl.render(drawing) - livecl.read_image("in.png")
     assert report["mse"] == pytest.approx(np.mean(np.square(difference, dtype=np.float64)), rel=1e-5)
 
@@ -190,12 +196,6 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
         assert stop.value.code == 0
         assert text in captured.out
         assert captured.err == ""
-
-
-def test_readme_names_every_option() -> None:
-    options = [option for action in cli.build_parser()._actions for option in action.option_strings]
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert [option for option in options if option.startswith("--") and f"`{option}" not in text] == []
 
 
 def test_list_devices(capsys: pytest.CaptureFixture[str]) -> None:

@@ -55,7 +55,7 @@ def test_every_flag_says_what_the_docstring_says(capsys: pytest.CaptureFixture[s
     described = field_descriptions()
     assert set(described) == {field.name for field in dataclasses.fields(Options)}
     assert described["tau"] == "Reach of the distance weight, px"
-    assert described["learning_rate"] == described["color_learning_rate"]
+    assert len(set(described.values())) == len(described)  # no two say the same
     with pytest.raises(SystemExit):
         cli.main(["--help"])
     text = " ".join(capsys.readouterr().out.split())

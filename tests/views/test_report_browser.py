@@ -135,8 +135,8 @@ def test_keyboard_reaches_everything(browser: Any, page: tuple[Path, Result]) ->
         body = browser.switch_to.active_element
         body.send_keys(Keys.TAB)
         reached.append(browser.execute_script("const e = document.activeElement; return e.id || e.name || e.tagName"))
-    assert reached[:6] == ["mode", "play", "slider", "outlines", "points", "BUTTON"]
-    assert "SUMMARY" in reached
+    assert reached[:6] == ["mode", "play", "slider", "zoom", "outlines", "points"]
+    assert reached[6] == "BUTTON" and "SUMMARY" in reached
 
 
 def test_hovering_a_layer_shows_its_facts(browser: Any, page: tuple[Path, Result]) -> None:
@@ -156,14 +156,14 @@ def test_hovering_a_layer_shows_its_facts(browser: Any, page: tuple[Path, Result
     assert find(browser, "#facts").text == hint
     rows = browser.find_elements(By.CSS_SELECTOR, "#layers tbody tr")
     ActionChains(browser).move_to_element(rows[0]).perform()
-    assert "layer-00" in find(browser, "#facts").text
-    assert "lit" in browser.find_elements(By.CSS_SELECTOR, "#drawing .layers path")[0].get_attribute("class")
+    assert "layer-02" in find(browser, "#facts").text  # the topmost is listed first
+    assert "lit" in browser.find_elements(By.CSS_SELECTOR, "#drawing .layers path")[2].get_attribute("class")
 
 
 def test_list_of_layers_by_keyboard(browser: Any, page: tuple[Path, Result]) -> None:
     visit(browser, page[0])
     find(browser, "#points").send_keys(Keys.TAB)
-    assert "layer-00" in find(browser, "#facts").text
+    assert "layer-02" in find(browser, "#facts").text
     browser.switch_to.active_element.send_keys(Keys.ARROW_DOWN)
     assert "layer-01" in find(browser, "#facts").text
     browser.switch_to.active_element.send_keys(Keys.ENTER)
@@ -171,6 +171,20 @@ def test_list_of_layers_by_keyboard(browser: Any, page: tuple[Path, Result]) -> 
     assert address(browser) == "#k=3&layer=1"
     browser.switch_to.active_element.send_keys(Keys.ESCAPE)
     assert address(browser) == "#k=3"
+
+
+def test_zoom_enlarges_the_pictures_in_their_frames(browser: Any, page: tuple[Path, Result]) -> None:
+    visit(browser, page[0])
+    size = "const f = document.querySelectorAll('.frame')[%d]; return [f.clientWidth, f.scrollWidth, f.clientHeight]"
+    before = [browser.execute_script(size % index) for index in range(3)]
+    find(browser, "#zoom").send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
+    for index in range(3):
+        width, inner, _ = browser.execute_script(size % index)
+        assert width <= before[index][0] and inner > 2.5 * width
+    browser.execute_script("document.querySelectorAll('.frame')[1].scrollTo(37, 21)")
+    ActionChains(browser).pause(0.3).perform()
+    places = "return [...document.querySelectorAll('.frame')].map((f) => [f.scrollLeft, f.scrollTop])"
+    assert browser.execute_script(places) == [[37, 21]] * 3
 
 
 def test_outlines_and_control_points(browser: Any, page: tuple[Path, Result]) -> None:

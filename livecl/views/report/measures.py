@@ -44,12 +44,15 @@ class LayerFacts:
         By how much the mean squared error would rise without it.
     num_bytes : int
         Length of its ``<path>`` element in the saved SVG.
+    num_nodes : int
+        Anchors of its outline, one a segment.
     """
 
     area: float
     area_share: float
     removed: float
     num_bytes: int
+    num_nodes: int
 
 
 def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rasterizer) -> list[LayerFacts]:
@@ -81,8 +84,11 @@ def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rast
             area_share=float(share),
             removed=float(change),
             num_bytes=len(element.encode()),
+            num_nodes=int(nodes),
         )
-        for share, change, element in zip(shares, removed, elements, strict=True)
+        for share, change, element, nodes in zip(
+            shares, removed, elements, np.diff(drawing.segment_offsets), strict=True
+        )
     ]
 
 

@@ -5,7 +5,7 @@
   const drawing = find("#drawing"), group = find("#drawing .layers"), ground = find("#drawing .ground");
   const overlay = find("#drawing .overlay"), difference = find("#difference");
   const slider = find("#slider"), play = find("#play"), facts = find("#facts"), shown = find("#shown");
-  const rows = [...document.querySelectorAll("#layers tbody tr")];
+  const rows = [...document.querySelectorAll("#layers tbody tr")].reverse(); // listed with the topmost first
   const thumbs = [...document.querySelectorAll(".strip a")];
   const stageRows = [...document.querySelectorAll("#stages tbody tr")];
   const dots = [...document.querySelectorAll(".plot circle")];
@@ -180,6 +180,25 @@
   }
   for (const name of ["outlines", "points"]) find(`#${name}`).addEventListener("change", () => { show(); address(); });
 
+  // Zoom: the three pictures grow in their frames, and scroll together.
+  const frames = [...document.querySelectorAll(".frame")];
+  find("#zoom").addEventListener("input", (event) => {
+    const factor = Number(event.target.value), before = frames[0].scrollWidth;
+    const centers = [frames[0].scrollLeft + frames[0].clientWidth / 2, frames[0].scrollTop + frames[0].clientHeight / 2];
+    for (const frame of frames) {
+      if (!frame.style.height) frame.style.height = `${frame.offsetHeight}px`;
+      frame.style.setProperty("--zoom", factor);
+    }
+    const grown = frames[0].scrollWidth / before;
+    frames[0].scrollTo(centers[0] * grown - frames[0].clientWidth / 2, centers[1] * grown - frames[0].clientHeight / 2);
+    event.target.setAttribute("aria-valuetext", `${factor} times`);
+  });
+  for (const frame of frames) {
+    frame.addEventListener("scroll", () => {
+      for (const other of frames) if (other !== frame) other.scrollTo(frame.scrollLeft, frame.scrollTop);
+    });
+  }
+
   const layerAt = (event) => (event.target.closest ? paths.indexOf(event.target.closest(".layers path")) : -1);
   drawing.addEventListener("pointermove", (event) => { if (layerAt(event) !== state.lit) light(layerAt(event)); });
   drawing.addEventListener("pointerleave", () => light(-1));
@@ -187,14 +206,14 @@
   rows.forEach((row, index) => {
     const button = row.querySelector("button");
     const enter = () => { if (state.stage) go(0, rows.length); light(index, { seeking: true }); };
-    button.tabIndex = index ? -1 : 0;
+    button.tabIndex = index === rows.length - 1 ? 0 : -1;
     row.addEventListener("pointerenter", enter);
     row.addEventListener("pointerleave", () => light(-1));
     row.addEventListener("click", () => light(index, { seeking: true, hold: true }));
     button.addEventListener("focus", enter);
     button.addEventListener("blur", () => light(-1));
     button.addEventListener("keydown", (event) => {
-      const next = { ArrowDown: index + 1, ArrowUp: index - 1, Home: 0, End: rows.length - 1 }[event.key];
+      const next = { ArrowDown: index - 1, ArrowUp: index + 1, Home: rows.length - 1, End: 0 }[event.key];
       if (next === undefined || !rows[next]) return;
       event.preventDefault();
       button.tabIndex = -1;

@@ -22,7 +22,7 @@ _PACKAGES = ("numpy", "scipy", "scikit-image", "pyopencl")
 
 
 def layer_section(drawing: Drawing, facts: Sequence[LayerFacts]) -> str:
-    """Return the list of layers, the bottom first."""
+    """Return the list of layers, the topmost first, as editors list them."""
     if not facts:
         return "<p>The drawing has no layers.</p>"
     rows = []
@@ -31,7 +31,8 @@ def layer_section(drawing: Drawing, facts: Sequence[LayerFacts]) -> str:
         area, share = f"{fact.area:.0f}", f"{100 * fact.area_share:.1f} %"
         said = (
             f"{label} · {fill} · visible {area} px, {share} · "
-            f"removes an error of {fact.removed:.3g} · {fact.num_bytes} bytes"
+            f"removes an error of {fact.removed:.3g} · "
+            f"{fact.num_nodes} nodes, {fact.num_bytes} bytes"
         )
         cells = [
             f'{markup.swatch(rgba)} <button type="button">{markup.text(label)}</button>',
@@ -39,12 +40,13 @@ def layer_section(drawing: Drawing, facts: Sequence[LayerFacts]) -> str:
             area,
             share,
             f"{fact.removed:.3g}",
+            str(fact.num_nodes),
             str(fact.num_bytes),
             str(stage + 1),
         ]
         rows.append((f' data-facts="{markup.text(said)}"', cells))
-    head = ("Layer", "Fill", "Visible, px", "Visible", "Error removed", "Bytes", "Stage")
-    listed = markup.table(head, rows, 'id="layers"')
+    head = ("Layer", "Fill", "Visible, px", "Visible", "Error removed", "Nodes", "Bytes", "Stage")
+    listed = markup.table(head, rows[::-1], 'id="layers"')
     return f'<div class="scroll">{listed}</div>'
 
 
@@ -73,13 +75,14 @@ def run_section(result: Result, command: str | Sequence[str] | None, size: tuple
     changed = {
         name: f"{value} (default: {defaults[name]})" for name, value in options.items() if value != defaults[name]
     }
+    changed["layers after each stage"] = ", ".join(str(stage.paths) for stage in result.stages) or "none"
     parts = []
     if command is not None:
         line = command if isinstance(command, str) else shlex.join(command)
         parts.append(f"<p>To repeat it:</p>\n<pre><code>{markup.text(line)}</code></pre>")
     parts.append(markup.facts_table(facts))
     parts.append("<h3>Options that differ from the defaults</h3>")
-    parts.append(markup.facts_table(changed) if changed else "<p>None.</p>")
+    parts.append(markup.facts_table(changed))
     parts.append(f"<details><summary>All options</summary>{markup.facts_table(options)}</details>")
     return "\n".join(parts)
 
