@@ -86,6 +86,23 @@ def hull_bounds(cubics: ArrayLike) -> FloatArray:
     return np.concatenate([cubics.min(axis=-2), cubics.max(axis=-2)], axis=-1)
 
 
+def curve_bounds(cubics: ArrayLike) -> FloatArray:
+    """Return (x_min, y_min, x_max, y_max) of curves (..., 4, 2) together, px: of their ends and of where they turn."""
+    cubics = np.asarray(cubics, dtype=np.float64).reshape(-1, 4, 2)
+    steps = np.diff(cubics, axis=1)  # the derivative's control points over 3
+    a, b, c = steps[:, 0] - 2 * steps[:, 1] + steps[:, 2], steps[:, 1] - steps[:, 0], steps[:, 0]
+    root = np.sqrt(np.maximum(b * b - a * c, 0))
+    with np.errstate(divide="ignore", invalid="ignore"):  # (-b +- root) / a, written so that a may be 0
+        turns = [c / (-b - np.copysign(root, b)), (-b - np.copysign(root, b)) / a]
+    found = [cubics[:, 0], cubics[:, 3]]
+    for turn in turns:
+        t = np.where((turn > 0) & (turn < 1), turn, 0.0)[..., None]
+        weights = np.concatenate([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3], axis=-1)
+        found.append(np.einsum("nik,nki->ni", weights, cubics))
+    points = np.concatenate(found)
+    return np.concatenate([points.min(axis=0), points.max(axis=0)])
+
+
 def signed_area(cubics: ArrayLike) -> float:
     """Return the signed area of a closed outline of cubics (M, 4, 2), px^2.
 

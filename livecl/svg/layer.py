@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import collections
 import dataclasses
 import functools
 import re
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from livecl.drawing.colors import Rgba
 from livecl.geometry import bezier
+from livecl.svg.gradients import Gradient
 from livecl.svg.writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE, name_from_id
 
 FloatArray = NDArray[np.float64]
@@ -23,15 +25,36 @@ MAX_COMPARED = 1000
 _STAGE_LABEL, _STAGE_ID = re.compile(r"stage (-?\d{1,9})"), re.compile(r"stage-(-?\d{1,9})(-\d+)?")
 
 
+class LeftOut(collections.Counter[str]):
+    """Counts, by kind, what of an SVG a drawing does not represent, and how far off what stands for it is."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._errors: dict[str, float] = {}
+
+    def approximate(self, kind: str, error: float) -> None:
+        """Count something that is approximated, off by `error` in RGBA (root of the mean square)."""
+        self[kind] += 1
+        self._errors[kind] = max(error, self._errors.get(kind, 0.0))
+
+    def __str__(self) -> str:
+        """Return the kinds in order, with their counts, and the largest errors where there are some."""
+        return ", ".join(
+            f"{kind} ({count}{f', off by {self._errors[kind]:.2g} at most' if kind in self._errors else ''})"
+            for kind, count in sorted(self.items())
+        )
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Layer:
-    """A filled shape: closed subpaths (n, 4, 2), px; straight RGBA; stage; id; name."""
+    """A filled shape: closed subpaths (n, 4, 2), px; straight RGBA, or a gradient; stage; id; name."""
 
     outline: list[FloatArray]
     color: Rgba
     stage: int
     identifier: str
     name: str
+    gradient: Gradient | None = None
 
     @functools.cached_property
     def bounds(self) -> FloatArray:

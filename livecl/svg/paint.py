@@ -83,26 +83,6 @@ def is_valid(name: str, value: str) -> bool:
     return True
 
 
-def fill_color(style: Mapping[str, str], opacity: float, left_out: collections.Counter[str]) -> Rgba | None:
-    """Return straight RGBA of the fill, None where nothing is filled; count in `left_out` what is not represented.
-
-    Parameters
-    ----------
-    style : mapping of str
-        Inherited properties.
-    opacity : float
-        Product of the opacities of the element and those around it.
-    left_out : Counter
-        Kinds of what is not represented.
-    """
-    paint = parse_paint(style.get("fill", "black"))
-    if paint.server is not None:
-        left_out["gradient or pattern fills"] += 1
-    if "icc-color" in style.get("fill", ""):
-        left_out["colours of ICC profiles"] += 1
-    return solid_color(paint.color or "none", style, opacity)
-
-
 def solid_color(color: str, style: Mapping[str, str], opacity: float) -> Rgba | None:
     """Return straight RGBA of a fill of one colour; None for ``none``."""
     if color.lower() == "currentcolor":

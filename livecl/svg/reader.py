@@ -58,8 +58,7 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     except ValueError as error:
         raise SvgError(f"{name}: {readable(str(error))}") from error
     if walker.left_out:
-        counts = ", ".join(f"{kind} ({count})" for kind, count in sorted(walker.left_out.items()))
-        warnings.warn(f"{name}: not representable as closed filled paths: {counts}", stacklevel=2)
+        warnings.warn(f"{name}: not representable as closed filled paths: {walker.left_out}", stacklevel=2)
     return drawing
 
 

@@ -20,6 +20,7 @@ from livecl.svg.selectors import Matcher
 #: Properties that an element takes from its parent where it does not state them, with their initial values.
 INHERITED = {
     "color": "black",
+    "color-interpolation": "sRGB",
     "fill": "black",
     "fill-opacity": "1",
     "fill-rule": "nonzero",

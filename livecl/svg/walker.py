@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-import collections
 import dataclasses
 from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.colors import Rgba
+from livecl.geometry import bezier
 from livecl.svg import path_data, shapes
 from livecl.svg.conditions import is_shown
 from livecl.svg.coordinates import (
@@ -25,8 +26,10 @@ from livecl.svg.coordinates import (
 )
 from livecl.svg.document import MAX_DEPTH, MAX_ELEMENTS, tag_of
 from livecl.svg.fill_rule import nonzero_from_even_odd
-from livecl.svg.layer import Layer, is_upright, layer_name, overlap, reach_over, stage_match
-from livecl.svg.paint import background_color, count_left_out, fill_color, is_stroked, opacity_of
+from livecl.svg.gradients import Gradient, mean_color
+from livecl.svg.layer import Layer, LeftOut, is_upright, layer_name, overlap, reach_over, stage_match
+from livecl.svg.paint import background_color, count_left_out, is_stroked, opacity_of, parse_paint, solid_color
+from livecl.svg.paint_servers import Filled, PaintServers
 from livecl.svg.style import StyleSheet, inherit
 
 FloatArray = NDArray[np.float64]
@@ -72,7 +75,7 @@ class Walker:
         Bottom first.
     size : (float, float)
         Width and height of the canvas, px.
-    left_out : Counter
+    left_out : LeftOut
         How often what was met that a drawing cannot represent.
 
     Raises
@@ -82,7 +85,7 @@ class Walker:
     """
 
     def __init__(self, root: Element) -> None:
-        self.left_out: collections.Counter[str] = collections.Counter()
+        self.left_out = LeftOut()
         self.layers: list[Layer] = []
         self._ids: dict[str, Element] = {}
         self._num_elements = self._num_characters = 0
@@ -94,6 +97,7 @@ class Walker:
             elif tag == "script":
                 self.left_out["scripts"] += 1
         self._sheet = StyleSheet(root, self.left_out)
+        self._servers = PaintServers(root, self._ids, self._sheet, self.left_out)
         own = self._sheet.properties(root, {})
         size = font_size(own, Units())
         units = Units(font=size, root_font=size, guesses=self.left_out)
@@ -218,15 +222,16 @@ class Walker:
             return
         identifier = element.get("id", "")
         try:
-            outline = shapes.transformed(self._outline(tag, own, here), here.matrix)
+            local = self._outline(tag, own, here)
+            outline = shapes.transformed(local, here.matrix)
             if not all(np.isfinite(subpath).all() for subpath in outline):
                 raise ValueError("coordinates are not finite")
         except ValueError as error:
             raise ValueError(f"<{tag}{f' id={identifier[:60]!r}' if identifier else ''}>: {error}") from error
         if is_stroked(here.style):
             self.left_out["strokes"] += 1
-        color = fill_color(here.style, here.opacity, self.left_out)
-        if color is None or not outline:
+        fill = self._fill(local, here) if outline else None
+        if fill is None:
             return
         if here.style.get("shape-rendering") in ("crispEdges", "optimizeSpeed") and not is_upright(outline):
             self.left_out["edges without antialiasing"] += 1
@@ -235,7 +240,34 @@ class Walker:
             if not equal:
                 self.left_out["even-odd fills of crossing outlines"] += 1
         name = layer_name(element, identifier)
-        self.layers.append(Layer(outline=outline, color=color, stage=here.stage, identifier=identifier, name=name))
+        gradient = fill if isinstance(fill, Gradient) else None
+        color = self._mean_color(fill, outline) if isinstance(fill, Gradient) else fill
+        self.layers.append(
+            Layer(outline=outline, color=color, stage=here.stage, identifier=identifier, name=name, gradient=gradient)
+        )
+
+    def _mean_color(self, gradient: Gradient, outline: list[FloatArray]) -> Rgba:
+        """Return the one colour that stands for a gradient, and count it with how far off it is."""
+        (red, green, blue, alpha), difference = mean_color(gradient, bezier.curve_bounds(np.concatenate(outline)))
+        self.left_out.approximate("gradient fills, read as one colour", difference)
+        return red, green, blue, alpha
+
+    def _fill(self, outline: list[FloatArray], here: _Context) -> Gradient | Rgba | None:
+        """Return what fills an outline in user units: a gradient, straight RGBA, or nothing."""
+        text = here.style.get("fill", "black")
+        paint = parse_paint(text)
+        if "icc-color" in text:
+            self.left_out["colours of ICC profiles"] += 1
+        if paint.server is not None and self._servers.knows(paint.server):
+            opacity = here.opacity * opacity_of(here.style.get("fill-opacity"))
+            shape = Filled(
+                outline=outline, matrix=here.matrix, viewport=here.viewport, units=here.units, opacity=opacity
+            )
+            return self._servers.fill(paint.server, shape)
+        if paint.server is not None:
+            known = paint.server in self._ids
+            self.left_out["pattern fills" if known else "references to nothing"] += 1
+        return solid_color(paint.color or "none", here.style, here.opacity)
 
     def _outline(self, tag: str, own: dict[str, str], here: _Context) -> list[FloatArray]:
         if tag in ("polygon", "polyline"):

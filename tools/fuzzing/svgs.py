@@ -47,7 +47,7 @@ COLORS = (
 UNITS = ("", "", "", "px", "pt", "mm", "%", "Q", "PX")
 COMMANDS = {"m": 2, "l": 2, "h": 1, "v": 1, "c": 6, "s": 4, "q": 4, "t": 2, "a": 7, "z": 0}
 TRANSFORMS = {"translate": (1, 2), "scale": (1, 2), "rotate": (1, 3), "skewX": (1,), "skewY": (1,), "matrix": (6,)}
-SELECTORS = ("*", ".a", "#a", "path.b", "g>a", "@import x;")
+SELECTORS = ("*", ".a", "#a", "path.b", "g>a", "@import x;", "g .a ~ path", ":nth-child(2n)", "[id]", "@media print{")
 WORDS = {
     "opacity": ("0.5", "50%", "1", "0"),
     "fill-opacity": ("0.5", "50%", "1e-3"),
@@ -70,8 +70,12 @@ LENGTHS = {
     "use": ("x", "y"),
 }
 SHAPES = ("path", "path", "path", "rect", "circle", "ellipse", "polygon", "polyline", "line", "use")
+GRADIENTS = {
+    "linearGradient": ("x1", "y1", "x2", "y2"),
+    "radialGradient": ("cx", "cy", "r", "fx", "fy", "fr"),
+}
 CONTAINERS = ("g", "svg", "symbol", "switch", "a", "defs")
-OTHERS = (*CONTAINERS, "g", "style", "text", "image")
+OTHERS = (*CONTAINERS, "g", "style", "text", "image", *GRADIENTS)
 
 
 class Grammar:
@@ -162,6 +166,24 @@ class Grammar:
         rng = self._rng
         return {name: self._attribute(name) for name in rng.sample(ATTRIBUTES, rng.choice((0, 1, 2, 3, 6)))}
 
+    def _gradient(self, tag: str) -> str:
+        """Return a gradient with its stops, which may take others' by reference."""
+        rng = self._rng
+        own = {name: self._length() for name in GRADIENTS[tag] if rng.random() < 0.5}
+        own |= {"id": rng.choice(NAMES[:3]), "spreadMethod": rng.choice(("pad", "reflect", "repeat", "other"))}
+        if rng.random() < 0.5:
+            own["gradientUnits"] = rng.choice(("userSpaceOnUse", "objectBoundingBox", ""))
+        if rng.random() < 0.3:
+            own["gradientTransform"] = self._transform()
+        if rng.random() < 0.3:
+            own["href"] = f"#{rng.choice(NAMES[:3])}"
+        stops = "".join(
+            f'<stop offset="{self._length()}" stop-color="{rng.choice(COLORS)}" stop-opacity="{self._number()}"/>'
+            for _ in range(rng.choice((0, 1, 2, 2, 3, 9)))
+        )
+        written = "".join(f' {name}="{value}"' for name, value in own.items())
+        return f"<{tag}{written}>{stops}</{tag}>"
+
     def _element(self, depth: int = 0) -> str:
         """Return an element with what is in it."""
         rng = self._rng
@@ -169,6 +191,8 @@ class Grammar:
         if tag == "style":
             rules = (f"{rng.choice(SELECTORS)}{{fill:{rng.choice(COLORS)}}}" for _ in range(3))
             return f"<style>{''.join(rules)}</style>"
+        if tag in GRADIENTS:
+            return self._gradient(tag)
         own = {name: self._length() for name in LENGTHS.get(tag, ()) if rng.random() < 0.9} | self._attributes()
         if tag == "path" and not self._is_odd():
             own["d"] = self._path_data()
