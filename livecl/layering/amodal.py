@@ -3,8 +3,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from numpy.typing import NDArray
+
+from livecl.layering.masks import connected
+from livecl.layering.stack import Window, window_of
 
 BoolArray = NDArray[np.bool_]
 #: At most so many hidden pixels are joined to each visible one: no more is imagined than is seen. Without a limit, eyes
@@ -12,8 +17,20 @@ BoolArray = NDArray[np.bool_]
 MOST_HIDDEN = 1.0
 
 
-def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> BoolArray | None:
-    """Return a region joined with other parts of its colour behind hidden pixels, or None if that cannot be.
+@dataclasses.dataclass(frozen=True)
+class Completion:
+    """A region joined with others, within a window, or None; and the window that holds all on which this depends.
+
+    More hidden pixels change it only if they touch the `reach`.
+    """
+
+    window: Window
+    mask: BoolArray | None
+    reach: Window
+
+
+def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Completion:
+    """Join a region with other parts of its colour behind hidden pixels, where that can be.
 
     Parameters
     ----------
@@ -26,19 +43,21 @@ def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> BoolArr
 
     Returns
     -------
-    (H, W) bool or None
+    Completion
         Of the pixels that are alike or hidden those that hang together with the region, within the convex hull of the
         parts joined: nothing else is to be painted. None where there is no other part to join, or more than
         `MOST_HIDDEN` would be hidden.
     """
-    from skimage.measure import label
     from skimage.morphology import convex_hull_image
 
     start = tuple(np.argwhere(region)[0])
-    labels = label(alike | hidden, connectivity=1)
-    parts = alike & (labels == labels[start])
-    if parts.sum() == region.sum():
-        return None
-    labels = label((alike | hidden) & convex_hull_image(parts), connectivity=1)
-    joined = np.asarray(labels == labels[start])
-    return joined if joined.sum() <= (1 + MOST_HIDDEN) * (joined & alike).sum() else None
+    whole = connected(alike | hidden, start)
+    window = window_of(whole)
+    reach = slice(window[0].start - 1, window[0].stop + 1), slice(window[1].start - 1, window[1].stop + 1)
+    alike, whole = alike[window], whole[window]
+    parts = alike & whole
+    if np.count_nonzero(parts) == np.count_nonzero(region):
+        return Completion(window, None, reach)
+    joined = connected(whole & convex_hull_image(parts), (start[0] - window[0].start, start[1] - window[1].start))
+    found = np.count_nonzero(joined) <= (1 + MOST_HIDDEN) * np.count_nonzero(joined & alike)
+    return Completion(window, joined if found else None, reach)

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
-import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -14,12 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.fitting import fit_outlines
-from livecl.geometry.outlines import border, circle, holes, random_outline, reversed_path, without_holes
+from livecl.geometry.outlines import circle, random_outline, reversed_path
 from livecl.image.alpha import error_seen
 from livecl.layering.amodal import completed
 from livecl.layering.components import Place
+from livecl.layering.masks import border, holes, without_holes
 from livecl.layering.painting import Painting, Trial
 from livecl.layering.regions import Region, RegionFinder
+from livecl.layering.stack import WHOLE, Window, meet, window_of
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
 
@@ -43,10 +43,8 @@ WORTH_TRAINING = 0.2
 GAIN_PER_SEGMENT, SEGMENT_ERROR = 0.001, 0.5
 #: Alpha from which on paint starts opaque, and under which a region counts as clear: no paint makes a picture clearer.
 OPAQUE_FROM, CLEAR = 0.9, 0.02
-#: Regions whose outlines are remembered.
-REMEMBERED = 256
 #: Holes of a region that are looked at.
-MOST_HOLES = 8
+MAX_HOLES = 8
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,6 +59,13 @@ class Candidate:
     def num_segments(self) -> int:
         """Segments of all subpaths."""
         return sum(map(len, self.outline))
+
+    def beside(self, depth: int, window: Window) -> Candidate | None:
+        """Return the candidate after another layer was put in at a depth; None where it lies in what that changed."""
+        if meet(self.trial.window, window):
+            return None
+        own = self.trial.depth
+        return dataclasses.replace(self, trial=dataclasses.replace(self.trial, depth=own + (own >= depth)))
 
 
 def paint_of(color: ArrayLike) -> FloatArray:
@@ -105,21 +110,44 @@ def region_candidates(
     layer of a picture is never left out. `check` is called before each region that is tried; what it raises ends the
     search.
     """
-    finder = RegionFinder(painting.target.astype(np.float64), painting.image.astype(np.float64), check)
     judge = _Judge(painting, options, rng, rasterizer, check)
     found = []
     least = WORTH_TRAINING * options.prune * 3 * painting.target[..., 0].size
     for _ in range(count):
-        best = judge.best(finder, least)
-        if best is None and len(painting.order):
+        best = judge.best(least)
+        if best is None and len(painting.stack.order):
             break
         found.append(best or judge.circle())
-        painting.insert(found[-1].trial)
+        judge.accept(found[-1])
     return found
 
 
+@dataclasses.dataclass
+class _Guess:
+    """A region's own pixels, (h, w) within a window, as a layer: its fill, what it would remove, and its outline."""
+
+    window: Window
+    mask: BoolArray
+    rgba: FloatArray
+    gain: float
+    candidate: Candidate | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class _Tried:
+    """What trying a region gave. It stands until something changes within `window`, or hides pixels in `reach`."""
+
+    guesses: list[_Guess]
+    window: Window
+    reach: Window
+
+
 class _Judge:
-    """Tries regions as layers of a painting."""
+    """Tries regions as layers of a painting.
+
+    What was found for a region is kept as long as no layer is put where it was tried: with many small regions, most of
+    it is.
+    """
 
     def __init__(
         self,
@@ -129,25 +157,31 @@ class _Judge:
         rasterizer: Rasterizer,
         check: Callable[[], None],
     ) -> None:
-        self._painting = painting
+        self._painting, self._stack = painting, painting.stack
         self._check = check
         self._options = options
         self._rng = rng
         self._rasterizer = rasterizer
+        target, image = painting.target.astype(np.float64), painting.stack.image.astype(np.float64)
+        self._finder = RegionFinder(target, image, check)
         self._error = np.zeros(0)
+        self._tried: dict[tuple[int, int], _Tried] = {}
+        self._outlines: dict[Any, list[Outline]] = {}
 
-    def best(self, finder: RegionFinder, least: float) -> Candidate | None:
+    def best(self, least: float) -> Candidate | None:
         """Return the candidate that removes most squared error; None where none removes more than `least`."""
-        error = self._error = self._painting.error.astype(np.float64)
+        self._error = self._painting.error.astype(np.float64)
         best: Candidate | None = None
-        tried = [trial for region in self._regions(finder, error) for trial in self._as_they_are(region)]
-        for number, (gain, mask, rgba) in enumerate(sorted(tried, key=lambda item: -item[0])):
+        guesses = [guess for region in self._regions() for guess in self._as_it_is(region).guesses]
+        for number, guess in enumerate(sorted(guesses, key=lambda guess: -guess.gain)):
             # No outline is better than the region itself; and one that helps is looked for among all of them.
             most = least if best is None else best.trial.gain
-            if ROUGHNESS * gain <= most or (best is not None and number >= CLOSE_CANDIDATES):
+            if ROUGHNESS * guess.gain <= most or (best is not None and number >= CLOSE_CANDIDATES):
                 break
             self._check()
-            candidate = self._outlined(mask, rgba)
+            candidate = guess.candidate or self._outlined(guess)
+            if self._options.shape == "outline":  # others are drawn anew
+                guess.candidate = candidate
             if candidate.trial.gain > most:
                 best = candidate
         return best
@@ -159,47 +193,75 @@ class _Judge:
         outline = [circle((column + 0.5, row + 0.5), self._options.radius, self._options.segments)]
         return self._candidates([outline], paint_of(self._painting.target[row, column]))[0]
 
-    def _regions(self, finder: RegionFinder, error: FloatArray) -> Iterator[Region]:
+    def accept(self, candidate: Candidate) -> None:
+        """Put a layer into the painting, and forget what it changes."""
+        hidden, depth = self._stack.hidden, candidate.trial.depth
+        changed = self._painting.insert(candidate.trial)
+        covered = window_of(self._stack.hidden != hidden)
+        self._tried = {
+            key: tried
+            for key, tried in self._tried.items()
+            if not meet(tried.window, changed) and not meet(tried.reach, covered)
+        }
+        for guess in (guess for tried in self._tried.values() for guess in tried.guesses):
+            if guess.candidate is not None:
+                guess.candidate = guess.candidate.beside(depth, changed)
+
+    def _regions(self) -> Iterator[Region]:
         """Yield the regions to look at: those that hold most error, and are not clear."""
-        for region in finder.best(error, CANDIDATES):
+        for region in self._finder.best(self._error, CANDIDATES):
             self._check()
             if len(region.color) == 3 or region.color[3] >= CLEAR:
                 yield region
 
-    def _as_they_are(self, region: Region) -> Iterator[tuple[float, BoolArray, FloatArray]]:
-        """Yield what a region's own pixels would remove as a layer, without holes and with them, and in which fill."""
+    def _as_it_is(self, region: Region) -> _Tried:
+        """Return what a region's own pixels would remove as a layer, without holes and with them, in the best fill."""
+        if region.key in self._tried:
+            return self._tried[region.key]
+        whole = region.mask
+        window = reach = window_of(whole)
+        pixels = whole[window]
         fills = [paint_of(region.color)]
         if fills[0][3] < 1:
-            fills.append(paint_over(self._painting.image[region.mask].mean(axis=0), region.color))
-        masks = [without_holes(region.mask)]
+            fills.append(paint_over(self._stack.image[window][pixels].mean(axis=0), region.color))
+        filled = without_holes(pixels)
+        masks = [(window, filled)]
         if self._options.holes and self._options.shape == "outline":
-            opened = self._opened(region, masks[0])
+            opened = self._opened(window, pixels, filled, region.color)
             if opened is not None:
-                masks.append(opened)
-            joined = completed(region.mask, region.alike, self._painting.hidden)
-            if joined is not None:
-                masks.append(without_holes(joined))
-        for mask in masks:
-            trials = [(self._try([mask], rgba, roughly=True)[0].gain, number) for number, rgba in enumerate(fills)]
+                masks.append((window, opened))
+            completion = completed(whole, region.alike, self._stack.hidden)
+            reach = completion.reach
+            if completion.mask is not None:
+                masks.append((completion.window, without_holes(completion.mask)))
+        guesses = []
+        for place, mask in masks:
+            trials = [(self._try([mask], rgba, place, roughly=True)[0].gain, n) for n, rgba in enumerate(fills)]
             gain, number = max(trials)
-            yield gain, mask, fills[number]
+            guesses.append(_Guess(place, mask, fills[number], gain))
+        self._tried[region.key] = tried = _Tried(guesses, masks[-1][0], reach)
+        return tried
 
-    def _opened(self, region: Region, filled: BoolArray) -> BoolArray | None:
+    def _opened(self, window: Window, mask: BoolArray, filled: BoolArray, color: FloatArray) -> BoolArray | None:
         """Return the region with those holes in which the picture is better as it is; None if there are none."""
-        opened = [hole for hole in holes(region.mask, SMALL_REGION)[:MOST_HOLES] if self._differs(hole, region.color)]
+        target, error = self._painting.target[window], self._error[window]
+        opened = []
+        for hole in holes(mask, SMALL_REGION)[:MAX_HOLES]:
+            painted = np.square(error_seen(target[hole] - color)).sum()
+            if error[hole].sum() < painted:
+                opened.append(hole)
         return filled & ~np.logical_or.reduce(opened) if opened else None
 
-    def _differs(self, hole: BoolArray, color: FloatArray) -> bool:
-        """Whether the picture in a hole is better as it is than painted over."""
-        painted = np.square(error_seen(self._painting.target[hole] - color)).sum()
-        return bool(self._error[hole].sum() < painted)
-
-    def _outlined(self, mask: BoolArray, rgba: FloatArray) -> Candidate:
+    def _outlined(self, guess: _Guess) -> Candidate:
         """Return a layer with an outline around a region, of more segments than `segments` where each adds enough."""
-        options = self._options
+        options, size = self._options, (self._stack.image.shape[0], self._stack.image.shape[1])
         if options.shape != "outline":
-            return self._candidates([initial_outline(_place(mask), mask.shape, options, self._rng)], rgba)[0]
-        best, *others = self._candidates(fitted_outlines(mask, options), rgba)
+            place = _place(guess.window, guess.mask)
+            return self._candidates([initial_outline(place, size, options, self._rng)], guess.rgba)[0]
+        key = guess.window[0].start, guess.window[1].start, guess.mask.shape, guess.mask.tobytes()
+        outlines = self._outlines.get(key) or fitted_outlines(guess.mask, options, guess.window)
+        self._outlines[key] = outlines
+        best, *others = self._candidates(outlines, guess.rgba)
         for candidate in others:
             share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_ERROR)
             if candidate.trial.gain > best.trial.gain + share * (candidate.num_segments - best.num_segments):
@@ -210,11 +272,13 @@ class _Judge:
         trials = self._try(self._rasterizer.coverages(layers_of(outlines, self._painting.target.shape[:2])), rgba)
         return [Candidate(outline, rgba, trial) for outline, trial in zip(outlines, trials, strict=True)]
 
-    def _try(self, coverages: Iterable[NDArray[Any]], rgba: FloatArray, roughly: bool = False) -> list[Trial]:
+    def _try(
+        self, coverages: Iterable[NDArray[Any]], rgba: FloatArray, window: Window = WHOLE, roughly: bool = False
+    ) -> list[Trial]:
         color = np.ones(self._painting.target.shape[2])
         color[:3] = rgba[:3]
         opacity = np.float32(rgba[3])
-        return self._painting.try_layers([opacity * coverage for coverage in coverages], color, roughly)
+        return self._painting.try_layers([opacity * coverage for coverage in coverages], color, window, roughly)
 
 
 def layers_of(outlines: list[Outline], size: tuple[int, ...], rgba: ArrayLike = (0, 0, 0, 1)) -> Drawing:
@@ -229,35 +293,23 @@ def layers_of(outlines: list[Outline], size: tuple[int, ...], rgba: ArrayLike = 
     )
 
 
-def _place(mask: BoolArray) -> Place:
-    center = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
-    return Place(center, np.floor(center[::-1]).astype(np.int64), mask)
+def _place(window: Window, mask: BoolArray) -> Place:
+    center = np.add(np.argwhere(mask), (window[0].start, window[1].start)).mean(axis=0)[::-1] + 0.5
+    return Place(center, np.floor(center[::-1]).astype(np.int64))
 
 
-def fitted_outlines(mask: BoolArray, options: Options) -> list[Outline]:
-    """Return outlines around a region (H, W) and its holes, of `segments` to `max_segments` segments for the border."""
-    inner = [reversed_path(fitted(hole, options.segments)[-1]) for hole in holes(mask, SMALL_REGION)]
-    outer = fitted(mask, max(options.segments, options.max_segments))
+def fitted_outlines(mask: BoolArray, options: Options, window: Window = WHOLE) -> list[Outline]:
+    """Fit outlines to a region (h, w) in a window, and its holes, of `segments` to `max_segments` for the border."""
+    corner = (window[1].start or 0, window[0].start or 0)
+    inner = [reversed_path(fitted(hole, options.segments, corner)[-1]) for hole in holes(mask, SMALL_REGION)]
+    outer = fitted(mask, max(options.segments, options.max_segments), corner)
     return [[path, *inner] for path in outer[options.segments - 1 :]]
 
 
-def fitted(mask: BoolArray, most: int) -> Sequence[FloatArray]:
-    """Return paths of 1, 2, ... `most` segments around a region (H, W); holes are filled.
-
-    The last ones are remembered, as the regions of a picture are looked at again for each new path.
-    """
-    return _fitted(np.packbits(mask).tobytes(), mask.shape, most)
-
-
-@functools.lru_cache(maxsize=REMEMBERED)
-def _fitted(packed: bytes, shape: tuple[int, ...], most: int) -> tuple[FloatArray, ...]:
-    mask = np.unpackbits(np.frombuffer(packed, np.uint8), count=math.prod(shape)).reshape(shape).astype(bool)
+def fitted(mask: BoolArray, most: int, corner: tuple[int, int] = (0, 0)) -> list[FloatArray]:
+    """Fit paths of 1, 2, ... `most` segments to a region (h, w) that begins at `corner` (x, y); holes are filled."""
     area = int(mask.sum())
     if area < SMALL_REGION:
-        center = np.argwhere(mask).mean(axis=0)[::-1] + 0.5
-        paths = [circle(center, np.sqrt(area / np.pi), segments) for segments in range(1, most + 1)]
-    else:
-        paths = fit_outlines(border(mask), most)
-    for path in paths:
-        path.flags.writeable = False  # they are shared
-    return tuple(paths)
+        center = (np.argwhere(mask) + corner[::-1]).mean(axis=0)[::-1] + 0.5
+        return [circle(center, np.sqrt(area / np.pi), segments) for segments in range(1, most + 1)]
+    return fit_outlines(border(mask) + corner, most)

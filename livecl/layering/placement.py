@@ -19,7 +19,7 @@ from livecl.layering.candidates import initial_outline, layers_of, paint_of, reg
 from livecl.layering.components import Place, component_places
 from livecl.layering.metrics import composited_colors, layer_alphas
 from livecl.layering.painting import Painting
-from livecl.layering.transparent_painting import TransparentPainting
+from livecl.layering.stack import LayerStack
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
 
@@ -78,14 +78,14 @@ def place_paths(
     image = rasterizer.forward(drawing)
     if options.placement == "region":
         ground, colors = composited_colors(drawing)
-        follows = drawing.background is None and options.opacity != "opaque"
-        kind = TransparentPainting if follows else Painting
-        painting = kind(target, image, ground, layer_alphas(drawing, rasterizer), colors)
+        follow = drawing.background is None and options.opacity != "opaque"
+        stack = LayerStack(ground, layer_alphas(drawing, rasterizer), colors, image)
+        painting = Painting(target, stack, follow)
         candidates = region_candidates(painting, count, options, rng, rasterizer, check)
         rgba = np.array([candidate.rgba for candidate in candidates]).reshape(-1, 4)
         if options.new_color == "random":
             rgba = rng.uniform(size=rgba.shape)
-        return Placement(layers_of([candidate.outline for candidate in candidates], drawing.size, rgba), painting.order)
+        return Placement(layers_of([candidate.outline for candidate in candidates], drawing.size, rgba), stack.order)
     new = _scattered_paths(target, image, count, options, rng)
     return Placement(new, np.arange(drawing.num_layers + new.num_layers))
 

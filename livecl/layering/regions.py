@@ -44,15 +44,26 @@ class _Segmentation:
 
 @dataclasses.dataclass(frozen=True)
 class Region:
-    """A candidate: its pixels (H, W), its mean colour (C,), and the squared error that painting it would remove.
+    """A candidate: its mean colour (C,), and the squared error that painting it would remove.
 
-    `alike` (H, W) is where regions of the same partition have about the same colour.
+    `key` says which region of a finder it is, whatever the error is.
     """
 
-    mask: BoolArray
-    alike: BoolArray
+    key: tuple[int, int]
     color: FloatArray
     gain: float
+    _segmentation: _Segmentation = dataclasses.field(repr=False)
+
+    @property
+    def mask(self) -> BoolArray:
+        """Pixels of the region: (H, W)."""
+        return np.asarray(self._segmentation.labels == self.key[1])
+
+    @property
+    def alike(self) -> BoolArray:
+        """Pixels of regions of the same partition that have about the same colour: (H, W)."""
+        alike = np.abs(self._segmentation.mean - self.color).max(axis=1) <= SAME_COLOR
+        return np.asarray(alike[self._segmentation.labels])
 
 
 class RegionFinder:
@@ -96,9 +107,7 @@ class RegionFinder:
             if size in seen or len(seen) >= count:
                 continue
             seen.add(size)
-            color = segmentation.mean[k]
-            alike = np.abs(segmentation.mean - color).max(axis=1) <= SAME_COLOR
-            yield Region(segmentation.labels == k, alike[segmentation.labels], color, -negative_gain)
+            yield Region((number, k), segmentation.mean[k], -negative_gain, segmentation)
 
     def _measure(self, levels: FloatArray) -> _Segmentation:
         self._check()

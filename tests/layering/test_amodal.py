@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from livecl import Options, vectorize
 from livecl.layering.amodal import completed
 
+BoolArray = NDArray[np.bool_]
+
 ROWS, COLUMNS = (np.indices((40, 40)) + 0.5).astype(float)
 DISC = np.hypot(ROWS - 20, COLUMNS - 20) < 12
 
@@ -18,10 +20,20 @@ def _bar(half_height: float) -> NDArray[np.bool_]:
     return np.asarray((np.abs(ROWS - 20) < half_height) & (COLUMNS > 4) & (COLUMNS < 38))
 
 
+def _joined(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> BoolArray | None:
+    """Return what a region is joined to, on the whole picture."""
+    found = completed(region, alike, hidden)
+    if found.mask is None:
+        return None
+    whole = np.zeros_like(region)
+    whole[found.window] = found.mask
+    return whole
+
+
 def test_two_parts_of_a_disc_are_joined_behind_a_bar() -> None:
     bar = _bar(3)
     upper = DISC & ~bar & (ROWS < 20)
-    joined = completed(upper, DISC & ~bar, bar)
+    joined = _joined(upper, DISC & ~bar, bar)
     assert joined is not None
     assert np.all(joined[DISC & ~bar]) and not np.any(joined & ~(DISC | bar))
     # The hull is straight between the parts: of the disc's six rows behind the bar it leaves out less than half a
@@ -32,17 +44,17 @@ def test_two_parts_of_a_disc_are_joined_behind_a_bar() -> None:
 def test_nothing_is_joined_where_nothing_hides_or_too_much() -> None:
     bar = _bar(3)
     upper, seen = DISC & ~bar & (ROWS < 20), DISC & ~bar
-    assert completed(upper, seen, np.zeros_like(bar)) is None  # two things, nothing between them
-    assert completed(upper, upper, bar) is None  # one thing
+    assert completed(upper, seen, np.zeros_like(bar)).mask is None  # two things, nothing between them
+    assert completed(upper, upper, bar).mask is None  # one thing
     wide = _bar(9)
-    assert completed(DISC & ~wide & (ROWS < 20), DISC & ~wide, wide) is None  # more is hidden than is seen
+    assert completed(DISC & ~wide & (ROWS < 20), DISC & ~wide, wide).mask is None  # more is hidden than is seen
 
 
 def test_a_region_keeps_what_does_not_lie_behind_anything() -> None:
     # Two discs of one colour, far from the bar that hides part of one of them: the other is a thing of its own.
     bar = _bar(2)
     spot = np.hypot(ROWS - 36, COLUMNS - 36) < 3
-    joined = completed(DISC & ~bar & (ROWS < 20), (DISC & ~bar) | spot, bar)
+    joined = _joined(DISC & ~bar & (ROWS < 20), (DISC & ~bar) | spot, bar)
     assert joined is not None and not np.any(joined & spot)
 
 

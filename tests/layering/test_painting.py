@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from livecl.layering import painting
+from livecl.layering import stack
 from livecl.layering.painting import Painting
+from livecl.layering.stack import LayerStack
 
 #: Pictures are held in single precision: a few roundings of numbers up to 1.
 ROUNDING = 8 * 2.0**-24
@@ -34,6 +35,16 @@ def _scene(seed: int) -> tuple[NDArray[Any], list[NDArray[Any]], list[NDArray[An
     return rng.uniform(size=3), alphas, list(rng.uniform(size=(4, 3))), rng.uniform(size=(12, 15, 3))
 
 
+def _painting(
+    target: NDArray[Any],
+    image: NDArray[Any],
+    background: NDArray[Any],
+    alphas: list[NDArray[Any]],
+    colors: list[NDArray[Any]],
+) -> Painting:
+    return Painting(target, LayerStack(background, np.array(alphas), np.array(colors), image))
+
+
 def _patch() -> NDArray[Any]:
     coverage = np.zeros((12, 15))
     coverage[2:9, 3:12] = 0.75
@@ -42,7 +53,7 @@ def _patch() -> NDArray[Any]:
 
 def test_several_layers_are_inserted_where_they_were_tried() -> None:
     background, alphas, colors, target = _scene(9)
-    work = Painting(target, _composite(background, alphas, colors), background, np.array(alphas), np.array(colors))
+    work = _painting(target, _composite(background, alphas, colors), background, alphas, colors)
     rng = np.random.default_rng(3)
     for _ in range(5):
         coverage = np.roll(_patch(), rng.integers(-3, 4, size=2), axis=(0, 1))
@@ -50,7 +61,7 @@ def test_several_layers_are_inserted_where_they_were_tried() -> None:
         (trial,) = work.try_layers([coverage], rng.uniform(size=3))
         work.insert(trial)
         assert before - work.error.sum(dtype=np.float64) == pytest.approx(trial.gain, abs=target.size * ROUNDING)
-    assert sorted(work.order.tolist()) == list(range(9))
+    assert sorted(work.stack.order.tolist()) == list(range(9))
 
 
 def test_a_layer_beneath_what_hides_its_errors() -> None:
@@ -60,31 +71,31 @@ def test_a_layer_beneath_what_hides_its_errors() -> None:
     target[6:10, 6:10] = (1.0, 0.0, 0.0)
     hole = np.zeros((16, 16))
     hole[6:10, 6:10] = 1
-    work = Painting(target, np.ones((16, 16, 3)), np.ones(3), hole[None], np.array([[1.0, 0.0, 0.0]]))
+    work = _painting(target, np.ones((16, 16, 3)), np.ones(3), [hole], [np.array([1.0, 0.0, 0.0])])
     disc = np.zeros((16, 16))
     disc[2:14, 2:14] = 1
     (trial,) = work.try_layers([disc], np.full(3, 0.2))
     assert trial.depth == 0
     work.insert(trial)
-    assert work.order.tolist() == [1, 0]
+    assert work.stack.order.tolist() == [1, 0]
     assert work.error.sum() == pytest.approx(0, abs=target.size * ROUNDING)
 
 
 def test_nothing_covered_changes_nothing() -> None:
     background, alphas, colors, target = _scene(1)
     before = _composite(background, alphas, colors)
-    work = Painting(target, before, background, np.array(alphas), np.array(colors))
+    work = _painting(target, before, background, alphas, colors)
     (trial,) = work.try_layers([np.zeros((12, 15))], np.zeros(3))
     assert trial.gain == 0
     work.insert(trial)
-    np.testing.assert_allclose(work.image, before, atol=ROUNDING)
+    np.testing.assert_allclose(work.stack.image, before, atol=ROUNDING)
 
 
 def test_too_many_layers_count_as_one(monkeypatch: pytest.MonkeyPatch) -> None:
     background, alphas, colors, target = _scene(2)
     before = _composite(background, alphas, colors)
-    monkeypatch.setattr(painting, "MOST_NUMBERS", 100)
-    work = Painting(target, before, background, np.array(alphas), np.array(colors))
+    monkeypatch.setattr(stack, "MAX_NUMBERS", 100)
+    work = _painting(target, before, background, alphas, colors)
     (trial,) = work.try_layers([_patch()], np.zeros(3))
     work.insert(trial)
-    assert work.order.tolist() == [0, 1, 2, 3, 4]
+    assert work.stack.order.tolist() == [0, 1, 2, 3, 4]

@@ -313,11 +313,11 @@ def test_a_region_is_found_though_the_first_outlines_fail(place: Placer, monkeyp
         target[top : top + 9, left : left + 9] = 0.1 + 0.1 * k
     outlined, failed = candidates._Judge._outlined, []
 
-    def failing(judge: Any, mask: Any, rgba: Any) -> Any:
+    def failing(judge: Any, guess: Any) -> Any:
         if len(failed) < 5:
-            failed.append(mask)
-            return judge._candidates([[circle((24, 24), 0.1, 4)]], rgba)[0]
-        return outlined(judge, mask, rgba)
+            failed.append(guess)
+            return judge._candidates([[circle((24, 24), 0.1, 4)]], guess.rgba)[0]
+        return outlined(judge, guess)
 
     monkeypatch.setattr(candidates._Judge, "_outlined", failing)
     drawing = place(target, 1, Options())
@@ -325,3 +325,32 @@ def test_a_region_is_found_though_the_first_outlines_fail(place: Placer, monkeyp
     center = drawing.points.reshape(-1, 2).mean(axis=0)
     assert min(np.hypot(center[0] - left - 4.5, center[1] - top - 4.5) for left, top in corners) < 2
     assert place.error(target, drawing) < np.square(1 - target).sum()
+
+
+def _many_shapes() -> FloatArray:
+    """Return bars and discs of several colours across each other, with a ring: some lie behind others."""
+    rng = np.random.default_rng(5)
+    rows, columns = np.indices((72, 80)) + 0.5
+    target = np.ones((72, 80, 3))
+    for _ in range(12):
+        x, y, radius = rng.uniform((5, 5, 4), (75, 67, 16))
+        target[np.hypot(columns - x, rows - y) < radius] = rng.choice([RED, GREEN, BLUE])
+    target[34:38] = (0.1, 0.1, 0.1)
+    return target
+
+
+def test_what_is_remembered_of_regions_is_what_trying_again_gives(
+    place: Placer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target, options = _many_shapes(), Options(prune=1e-7)
+    remembered = place(target, 14, options)
+    accept = candidates._Judge.accept
+
+    def forgetting(judge: Any, candidate: Any) -> None:
+        accept(judge, candidate)
+        judge._tried.clear()
+
+    monkeypatch.setattr(candidates._Judge, "accept", forgetting)
+    again = place(target, 14, options)
+    assert remembered.num_layers == 14
+    assert np.array_equal(remembered.points, again.points) and np.array_equal(remembered.colors, again.colors)

@@ -19,7 +19,7 @@ from livecl.image.reading import over_background, premultiplied
 from livecl.layering.metrics import mse
 from livecl.layering.painting import Painting
 from livecl.layering.regions import RegionFinder
-from livecl.layering.transparent_painting import TransparentPainting
+from livecl.layering.stack import LayerStack
 
 SIDE = 80
 
@@ -69,12 +69,13 @@ def test_gradient_of_the_reference(channels: int) -> None:
 def test_a_layer_removes_what_is_seen() -> None:
     rng = np.random.default_rng(1)
     target, alpha = rng.uniform(size=(9, 8, 4)), rng.uniform(size=(9, 8))
-    painting = Painting(target, np.zeros_like(target), np.zeros(4), np.zeros((0, 9, 8)), np.zeros((0, 4)))
-    before = squared_error(painting.image, target)[0]
+    stack = LayerStack(np.zeros(4), np.zeros((0, 9, 8)), np.zeros((0, 4)), np.zeros_like(target))
+    painting = Painting(target, stack)
+    before = squared_error(stack.image, target)[0]
     np.testing.assert_allclose(painting.error, before, rtol=1e-5)
     (trial,) = painting.try_layers([alpha], np.array((0.2, 0.5, 0.3, 1.0)))
     painting.insert(trial)
-    assert trial.gain == pytest.approx(before.sum() - squared_error(painting.image, target)[0].sum(), rel=1e-5)
+    assert trial.gain == pytest.approx(before.sum() - squared_error(stack.image, target)[0].sum(), rel=1e-5)
 
 
 def test_opacities_follow_a_wider_layer() -> None:
@@ -84,15 +85,19 @@ def test_opacities_follow_a_wider_layer() -> None:
     color = np.array((0.2, 0.5, 0.3, 1.0))
     target = np.maximum(0.6 * spot, 0.3 * wide)[..., None] * color
     before = 0.6 * spot
-    arguments = (target, before[..., None] * color, np.zeros(4), before[None], color[None])
-    stays, follows = Painting(*arguments), TransparentPainting(*arguments)
+    image = before[..., None] * color
+
+    def painting(follow: bool) -> Painting:
+        return Painting(target, LayerStack(np.zeros(4), before[None], color[None], image), follow)
+
+    stays, follows = painting(False), painting(True)
     for work in (stays, follows):
         work.insert(*work.try_layers([0.3 * wide], color))
-    error = squared_error(arguments[1], target)[0].sum()
+    error = squared_error(image, target)[0].sum()
     assert stays.error.sum() > 0.1 * error
     assert follows.error.sum() < 1e-4 * error
     # It is expected where the layer is tried; there, one opacity's change does not yet count for the other's.
-    gains = [kind(*arguments).try_layers([0.3 * wide], color)[0].gain for kind in (Painting, TransparentPainting)]
+    gains = [painting(follow).try_layers([0.3 * wide], color)[0].gain for follow in (False, True)]
     assert gains[0] < 0.9 * error
     assert gains[1] == pytest.approx(error, rel=0.1)
 
@@ -100,10 +105,11 @@ def test_opacities_follow_a_wider_layer() -> None:
 def test_what_is_opaque_stays_so() -> None:
     rng = np.random.default_rng(3)
     target, opaque = rng.uniform(size=(9, 8, 4)), np.ones((9, 8))
-    work = TransparentPainting(target, np.ones((9, 8, 4)), np.zeros(4), opaque[None], np.ones((1, 4)))
+    stack = LayerStack(np.zeros(4), opaque[None], np.ones((1, 4)), np.ones((9, 8, 4)))
+    work = Painting(target, stack, follow=True)
     color = np.array((0.2, 0.5, 0.3, 1.0))
     work.insert(*work.try_layers([rng.uniform(size=(9, 8)) * 0.5], color))
-    np.testing.assert_allclose(work.image[..., 3], 1, atol=1e-6)
+    np.testing.assert_allclose(stack.image[..., 3], 1, atol=1e-6)
 
 
 def test_a_region_s_gain_is_what_is_seen() -> None:
