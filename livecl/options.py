@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import reprlib
 import sys
+import textwrap
 from collections.abc import Callable
 from typing import Any, Literal, get_args, get_type_hints
 
@@ -18,72 +19,18 @@ from livecl.image.background import check_background
 AUTO_PATH_GAIN = 1e-5
 
 
+def _option(default: Any, description: str) -> Any:
+    """Return a field of `Options`, with what its docstring and the command line's help say of it."""
+    return dataclasses.field(default=default, metadata={"help": description})
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Options:
     """Parameters of the method; what belongs to one run (paths, schedule, seed, device) is passed to `vectorize`.
 
     Parameters
     ----------
-    iterations : int
-        Steps of each stage.
-    segments : int
-        Cubic segments of each path.
-    loss : "udf" or "mse"
-        Squared error under the distance weight (eq. 1-2), or its plain mean.
-    xing_weight : float
-        Weight of the Xing loss (eq. 4), lambda.
-    max_segments : int
-        Most segments of a path whose outline is fitted to a region that needs more than `segments`.
-    placement : "region", "component" or "random"
-        Where new paths start: on the regions whose painting would remove most error, on the largest components of the
-        error (the paper's rule), or anywhere.
-    shape : "outline", "circle" or "random"
-        What new paths look like; an outline is fitted to the region or component.
-    holes : bool
-        Whether a path fitted to a region leaves out the region's holes, as further subpaths, where that is better.
-    settle : float
-        Share of the learning rates left at the end of a stage, in whose second half they fall; 1 to keep them.
-    revisions : int
-        Rounds, at the end, that take out the least useful paths and place them anew, kept if the error falls.
-    merge : bool
-        Whether neighbouring layers of one colour become one, in revisions and at the end.
-    prune : float
-        Layers without which the mean squared error rises by less than this are dropped at the end.
-    target_mse : float
-        Mean squared error at which no further stage is begun; 0 for none.
-    path_gain : float
-        Least fall of the mean squared error for each path that a stage adds: after a stage that gave less no further
-        one is begun, and at the end layers worth less are dropped. 0 for none.
-    untangle : bool
-        Whether outlines that cross themselves lose their loops in the course of a stage.
-    background : str
-        A colour, as "white" or "#rrggbb"; "none": colour and alpha of the picture are the target; "auto": the colour of
-        the picture's border; "train" to start from white and train it; "picture": "none" where the picture has alpha,
-        and "white" else.
-    radius : float
-        Radius of the circle, px.
-    tau : float
-        Reach of the distance weight, px.
-    color_threshold : float
-        Differences of colour under it count as right already, c_alpha.
-    bins : int
-        Bins of about equal population that the other differences are sorted into.
-    learning_rate : float
-        Adam's step for control points, px.
-    color_learning_rate : float
-        Adam's step for colours.
-    full_rate_side : float
-        Longer side of a canvas, px, from which on control points have all of their learning rate; on smaller canvases
-        it is less in proportion. 0 for all of it on any.
-    decay : float
-        Factor of the learning rates after each 500 steps of a path's age; 1 for none.
-    new_color : "target" or "random"
-        Fill of new paths: the target's colour at the centre, or any colour and opacity.
-    opacity : "snap", "train" or "opaque"
-        Whether the opacity of fills is trained, and becomes 1 where it is above 0.9 in the second half of a stage; is
-        trained only; or stays at that of new paths.
-    variant : "paper" or "released"
-        Whose distance weight, Xing loss and placement rule: the text's, or the authors' program's.
+    {fields}
 
     Raises
     ------
@@ -91,33 +38,78 @@ class Options:
         If a value is not one of those named or out of range; the message names the field.
     """
 
-    iterations: int = 200
-    segments: int = 4
-    max_segments: int = 12
-    loss: Literal["udf", "mse"] = "mse"
-    xing_weight: float = 0.0
-    placement: Literal["region", "component", "random"] = "region"
-    shape: Literal["outline", "circle", "random"] = "outline"
-    holes: bool = True
-    settle: float = 0.1
-    revisions: int = 8
-    merge: bool = True
-    prune: float = 5e-6
-    target_mse: float = 0.0
-    path_gain: float = 0.0
-    untangle: bool = True
-    background: str = "picture"
-    radius: float = 5.0
-    tau: float = 10.0
-    color_threshold: float = 0.1
-    bins: int = 200
-    learning_rate: float = 1.0
-    color_learning_rate: float = 0.01
-    full_rate_side: float = 240.0
-    decay: float = 1.0
-    new_color: Literal["target", "random"] = "target"
-    opacity: Literal["snap", "train", "opaque"] = "snap"
-    variant: Literal["paper", "released"] = "paper"
+    iterations: int = _option(200, "Steps of each stage")
+    segments: int = _option(4, "Cubic segments of each path")
+    max_segments: int = _option(
+        12,
+        "Most segments of a path whose outline is fitted to a region that needs more than `segments`",
+    )
+    loss: Literal["udf", "mse"] = _option("mse", "Squared error under the distance weight (eq. 1-2), or its plain mean")
+    xing_weight: float = _option(0.0, "Weight of the Xing loss (eq. 4), lambda")
+    placement: Literal["region", "component", "random"] = _option(
+        "region",
+        "Where new paths start: on the regions whose painting would remove most error, on the largest components "
+        "of the error (the paper's rule), or anywhere",
+    )
+    shape: Literal["outline", "circle", "random"] = _option(
+        "outline",
+        "What new paths look like; an outline is fitted to the region or component",
+    )
+    holes: bool = _option(
+        True,
+        "Whether a path fitted to a region leaves out the region's holes, as further subpaths, where that is better",
+    )
+    settle: float = _option(
+        0.1,
+        "Share of the learning rates left at the end of a stage, in whose second half they fall; 1 to keep them",
+    )
+    revisions: int = _option(
+        8,
+        "Rounds, at the end, that take out the least useful paths and place them anew, kept if the error falls",
+    )
+    merge: bool = _option(True, "Whether neighbouring layers of one colour become one, in revisions and at the end")
+    prune: float = _option(
+        5e-6,
+        "Layers without which the mean squared error rises by less than this are dropped at the end",
+    )
+    target_mse: float = _option(0.0, "Mean squared error at which no further stage is begun; 0 for none")
+    path_gain: float = _option(
+        0.0,
+        "Least fall of the mean squared error for each path that a stage adds: after a stage that gave less no "
+        "further one is begun, and at the end layers worth less are dropped. 0 for none",
+    )
+    untangle: bool = _option(True, "Whether outlines that cross themselves lose their loops in the course of a stage")
+    background: str = _option(
+        "picture",
+        'A colour, as "white" or "#rrggbb"; "none": colour and alpha of the picture are the target; "auto": the '
+        'colour of the border; "train" to start from white and train it; "picture": "none" where the '
+        'picture has alpha, and "white" else',
+    )
+    radius: float = _option(5.0, "Radius of the circle, px")
+    tau: float = _option(10.0, "Reach of the distance weight, px")
+    color_threshold: float = _option(0.1, "Differences of colour under it count as right already, c_alpha")
+    bins: int = _option(200, "Bins of about equal population that the other differences are sorted into")
+    learning_rate: float = _option(1.0, "Adam's step for control points, px")
+    color_learning_rate: float = _option(0.01, "Adam's step for colours")
+    full_rate_side: float = _option(
+        240.0,
+        "Longer side of a canvas, px, from which on control points have all of their learning rate; on smaller "
+        "canvases it is less in proportion. 0 for all of it on any",
+    )
+    decay: float = _option(1.0, "Factor of the learning rates after each 500 steps of a path's age; 1 for none")
+    new_color: Literal["target", "random"] = _option(
+        "target",
+        "Fill of new paths: the target's colour at the centre, or any colour and opacity",
+    )
+    opacity: Literal["snap", "train", "opaque"] = _option(
+        "snap",
+        "Whether the opacity of fills is trained, and becomes 1 where it is above 0.9 in the second half of a "
+        "stage; is trained only; or stays at that of new paths",
+    )
+    variant: Literal["paper", "released"] = _option(
+        "paper",
+        "Whose distance weight, Xing loss and placement rule: the text's, or the authors' program's",
+    )
 
     def __post_init__(self) -> None:
         for name, hint in get_type_hints(Options).items():
@@ -198,6 +190,21 @@ class Options:
         """
         baseline = {"loss": "mse", "xing_weight": 0.0, "placement": "random", "shape": "random", "new_color": "random"}
         return cls(**{**_PAPER, **baseline, **changes})
+
+
+def _described() -> str:
+    """Return the parameters of `Options` as numpydoc has them, from the fields themselves."""
+    hints, entries = get_type_hints(Options), []
+    for field in dataclasses.fields(Options):
+        *others, last = [f'"{choice}"' for choice in get_args(hints[field.name])] or [hints[field.name].__name__]
+        kind = f"{', '.join(others)} or {last}" if others else last
+        text = textwrap.fill(f"{field.metadata['help']}.", 110, initial_indent=" " * 8, subsequent_indent=" " * 8)
+        entries.append(f"{field.name} : {kind}\n{text}")
+    return "\n    ".join(entries)
+
+
+if Options.__doc__:  # there is none under -OO
+    Options.__doc__ = Options.__doc__.format(fields=_described())
 
 
 def _is_amount(value: Any) -> bool:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
 from typing import Any, get_args, get_type_hints
 
@@ -204,3 +205,13 @@ def test_numbers_of_numpy_are_kept_as_pythons_own() -> None:
     assert [type(value) for value in (options.iterations, options.settle, options.holes)] == [int, float, bool]
     with pytest.raises(ValueError, match=r"^iterations: got 7\.5"):
         Options(iterations=np.float64(7.5))
+
+
+def test_the_docstring_has_every_field() -> None:
+    text = inspect.getdoc(Options) or ""
+    assert "\nRaises\n------\n" in text and max(map(len, text.splitlines())) <= 120
+    assert (
+        '\nloss : "udf" or "mse"\n    Squared error under the distance weight (eq. 1-2), or its plain mean.\n' in text
+    )
+    for field in dataclasses.fields(Options):
+        assert f"\n{field.name} : " in text

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The method's parameters as arguments of the command line, made from the fields of `Options` and its docstring."""
+"""The method's parameters as arguments of the command line, made from the fields of `Options`."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
 import dataclasses
-import inspect
 import re
 from collections.abc import Callable
 from typing import Any, get_args, get_type_hints
@@ -18,11 +17,10 @@ _METAVARS = {int: "N", float: "X", str: "COLOR"}
 
 def add_method(add: Callable[..., argparse.Action]) -> None:
     """Add an argument for each field, without a default: that is the preset's."""
-    described = field_descriptions()
     hints = get_type_hints(Options)
     for field in dataclasses.fields(Options):
         default = str(field.default).lower() if hints[field.name] is bool else field.default
-        text = f"{described.get(field.name, '')} (default: {default})".strip().replace("%", "%%")
+        text = f"{field.metadata['help'].replace('`', '')} (default: {default})".replace("%", "%%")
         option = f"--{field.name.replace('_', '-')}"
         if hints[field.name] is bool:
             add(option, action=argparse.BooleanOptionalAction, default=None, help=text)
@@ -47,17 +45,6 @@ def given_options(arguments: argparse.Namespace) -> Options:
     if arguments.placement == "random" and Options.preset(arguments.preset).shape == "outline":
         given.setdefault("shape", "circle")
     return Options.preset(arguments.preset, **given)
-
-
-def field_descriptions() -> dict[str, str]:
-    """Return what the docstring of `Options` says of each field; nothing where docstrings are stripped."""
-    text = inspect.getdoc(Options) or ""
-    section = re.search(r"^Parameters\n-+\n(.*?)(?:\n\n\w|\Z)", text, re.DOTALL | re.MULTILINE)
-    described = {}
-    for names, lines in re.findall(r"^(\w[\w, ]*?) : .*\n((?: +.*\n?)+)", section[1] if section else "", re.MULTILINE):
-        for name in names.split(", "):
-            described[name] = " ".join(lines.split()).replace("`", "").removesuffix(".")
-    return described
 
 
 def _converter(name: str, kind: type) -> Callable[[str], Any]:
