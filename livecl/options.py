@@ -265,4 +265,4 @@ PRESETS: dict[str, Callable[..., Options]] = {
     "draft": _kind(iterations=60, revisions=0),
 }
 #: Number of paths, at most, of the presets that have one.
-PRESET_PATHS = {"icon": 12, "clipart": 32, "photo": 128, "draft": 8}
+PRESET_PATHS = {"paper": 8, "released": 8, "diffvg": 8, "photo": 128, "draft": 8}

@@ -8,8 +8,10 @@ from collections.abc import Sequence
 
 #: The most paths that a stage of the growing schedule adds (the paper's implementation details).
 MOST_PER_STAGE = 32
-#: Paths where neither a number nor a list is given, and the most where the number is left to the program.
-DEFAULT_PATHS, MOST_AUTO_PATHS = 8, 256
+#: Paths of a method that does not judge them, as the paper's, where neither a number nor a list is given.
+DEFAULT_PATHS = 8
+#: The most paths where their number is found by what they gain: where nothing is said of it, and with "auto".
+MAX_DEFAULT_PATHS, MAX_AUTO_PATHS = 32, 256
 #: Most paths that may be asked for: what reads drawings reads no more elements.
 MAX_PATHS = 100_000
 
@@ -51,7 +53,7 @@ def parse_schedule(schedule: str | Sequence[int] | None, paths: int | str | None
     if paths == "auto":
         if not (schedule is None or (isinstance(schedule, str) and schedule == "exp")):
             raise ValueError("schedule: a list fixes the number of paths, so paths cannot be 'auto'")
-        return growing_schedule(MOST_AUTO_PATHS)
+        return growing_schedule(MAX_AUTO_PATHS)
     if paths is not None and (isinstance(paths, bool) or not isinstance(paths, int) or not 1 <= paths <= MAX_PATHS):
         raise ValueError(f"paths: got {reprlib.repr(paths)}, wanted a whole number from 1 to {MAX_PATHS}, or 'auto'")
     if schedule is None or (isinstance(schedule, str) and schedule == "exp"):

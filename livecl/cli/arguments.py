@@ -15,7 +15,7 @@ from livecl.cli.outputs import OUTPUTS
 from livecl.image.resizing import DEFAULT_SIZE
 from livecl.options import PRESET_PATHS, PRESETS
 from livecl.run.recipe import LAYER_STYLES
-from livecl.schedule import DEFAULT_PATHS
+from livecl.schedule import MAX_DEFAULT_PATHS
 from livecl.version import __version__
 
 DESCRIPTION = "Turn a picture, or many, into layered SVGs of few closed Bézier paths."
@@ -168,7 +168,7 @@ def _add_drawing(add: Adder) -> None:
         "--paths",
         type=_paths,
         metavar="N",
-        help=f"number of paths, at most, or auto: as many as gain enough (default: {DEFAULT_PATHS}; {counts})",
+        help=f"paths at most, or auto: as many as gain enough (default: auto, to {MAX_DEFAULT_PATHS}; {counts})",
     )
     add("--schedule", metavar="LIST", help="paths that each stage adds, as 1,1,2, or exp: 1, 2, 4 ... 32, 32 ...")
     add(

@@ -141,7 +141,7 @@ def _locked(start: Drawing | None, specs: Sequence[str]) -> tuple[int, ...]:
 def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]:
     """Return what a file of options says that leads to the same recipe."""
     return {
-        **({"paths": "auto"} if recipe.paths == "auto" else {"schedule": list(recipe.stages)}),
+        **({} if recipe.chooses_paths else _said_of_paths(recipe)),
         "size": recipe.size,
         "precision": recipe.precision,
         "layers": recipe.layers,
@@ -149,6 +149,10 @@ def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]
         **dataclasses.asdict(recipe.options),
         **{name: getattr(arguments, name) for name in ("device", "threads", "workers", "scheduler", "time_limit")},
     }
+
+
+def _said_of_paths(recipe: Recipe) -> dict[str, Any]:
+    return {"paths": "auto"} if recipe.paths == "auto" else {"schedule": list(recipe.stages)}
 
 
 def _checked_batch(arguments: argparse.Namespace, recipe: Recipe) -> BatchJob:

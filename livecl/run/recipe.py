@@ -17,7 +17,7 @@ import numpy as np
 from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.options import Options
 from livecl.run.hints import with_hints
-from livecl.schedule import parse_schedule
+from livecl.schedule import MAX_DEFAULT_PATHS, growing_schedule, parse_schedule
 from livecl.svg.writer import MAX_PRECISION, LayerStyle, format_svg, quantize
 from livecl.version import __version__
 
@@ -98,8 +98,19 @@ class Recipe:
             raise ValueError("start: variant 'released' trains the newest paths only, so it starts from nothing")
 
     @property
+    def chooses_paths(self) -> bool:
+        """Whether the number of paths is found by what they gain because nothing is said of it.
+
+        Not where layers are kept whatever they are worth (`Options.prune` 0, as in the paper).
+        """
+        nothing_said = self.paths is None and self.schedule is None
+        return nothing_said and (self.start is None or not self.start.num_layers) and self.options.prune > 0
+
+    @property
     def stages(self) -> tuple[int, ...]:
         """Paths that each stage adds; a first stage that refines `start` adds none."""
+        if self.chooses_paths:
+            return growing_schedule(MAX_DEFAULT_PATHS)
         if self.start is None or not self.start.num_layers:
             return parse_schedule(self.schedule, self.paths)
         more = self.schedule is not None or self.paths is not None
@@ -111,7 +122,7 @@ class Recipe:
         facts = {
             "version": __version__,
             "options": dataclasses.asdict(self.options),
-            "auto": self.paths == "auto",
+            "auto": self.paths == "auto" or self.chooses_paths,
             "stages": self.stages,
             "seed": self.seed,
             "size": self.size,
@@ -170,8 +181,8 @@ class Recipe:
             vectorize_pixels,
             target,
             paths=self.paths,
-            schedule=self.schedule,
-            options=self.options,
+            schedule=self.stages if self.chooses_paths else self.schedule,
+            options=self.options.choosing_paths() if self.chooses_paths else self.options,
             device=device,
             seed=self.seed,
             on_step=on_step,
@@ -228,8 +239,9 @@ def vectorize(
         Target, see :func:`livecl.image.as_image`. Where it has alpha, the drawing has no background and is to have the
         picture's colour and alpha, unless `Options.background` says otherwise.
     paths : int or "auto", optional
-        Number of paths, at most; 8 where neither this nor a list of stages is given, none beside those of `start`.
-        "auto" goes on as long as further paths gain enough (`Options.path_gain`).
+        Number of paths, at most. "auto" goes on as long as further paths gain enough (`Options.path_gain`), to 256.
+        Where neither this nor a list of stages is given: none beside those of `start`; else as "auto", to 32; 8 where
+        `Options.prune` is 0, as in the paper.
     schedule : "exp" or sequence of int, optional
         Paths that each stage adds, see :func:`livecl.schedule.parse_schedule`.
     options : Options, optional

@@ -168,13 +168,34 @@ def test_random_placement_starts_as_circles(folder: Path) -> None:
     assert cli.main([*arguments, "--shape", "outline"]) == 2
 
 
+@pytest.mark.parametrize(
+    ("arguments", "hint"),
+    [
+        (["--paths", "1"], "that is far from the picture: try more than 1 paths (--paths 4)"),
+        (["--path-gain", "0.3"], "that is far from the picture, and further paths gained too little each, "),
+        ([], ""),
+    ],
+)
+def test_a_drawing_far_from_the_picture_is_said_to_be_so(
+    folder: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], hint: str
+) -> None:
+    stripes = np.ones((32, 32, 3))
+    stripes[:, 4:8], stripes[:, 14:18], stripes[:, 24:28] = 0.0, (0.9, 0.1, 0.1), (0.1, 0.1, 0.9)
+    save_image("stripes.png", stripes)
+    assert cli.main(["stripes.png", "-o", "out.svg", "--iterations", "20", "--revisions", "0", *arguments]) == 0
+    summary, *hints = capsys.readouterr().err.splitlines()
+    assert summary.startswith("out.svg: ")
+    assert [line[: len(hint)] for line in hints] == ([hint] if hint else [])
+
+
 def test_schedules(folder: Path) -> None:
     def schedule(*arguments: str) -> Any:
         command = ["in.png", "-o", "out.svg", "--json", "out.json", "--iterations", "1", *arguments]
         assert cli.main(command) == 0
         return json.loads(Path("out.json").read_text(encoding="utf-8"))["options"]["schedule"]
 
-    assert schedule() == [1, 2, 4, 1]
+    assert schedule() == [1, 2, 4, 8, 16, 1]
+    assert schedule("--preset", "paper") == [1, 2, 4, 1]
     assert schedule("--schedule", "exp", "--paths", "5") == [1, 2, 2]
     assert schedule("--schedule", "2,1") == [2, 1]
     assert schedule("--schedule", "2,1", "--paths", "3") == [2, 1]

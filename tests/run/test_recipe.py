@@ -137,5 +137,7 @@ def test_fingerprints_differ_where_the_outcome_may() -> None:
         Recipe(start=drawing, lock=(0,)),
     ]
     assert len({recipe.fingerprint for recipe in recipes}) == len(recipes)
-    assert Recipe().fingerprint == Recipe(paths=8, schedule="exp").fingerprint
+    paper = Options.paper()
+    assert Recipe(options=paper).fingerprint == Recipe(options=paper, paths=8, schedule="exp").fingerprint
+    assert Recipe().fingerprint != Recipe(schedule=Recipe().stages).fingerprint  # which does not end early
     assert Recipe().fingerprint == dataclasses.replace(Recipe()).fingerprint
