@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Print the licences of all that livecl needs, with all that this needs in turn, as the table of docs/reliability.md.
+"""Print the licences of all that livecl needs, with all that this needs in turn, as the table of docs/dependencies.md.
 
 What is installed in the environment is listed, as its metadata says it; `pip install -e '.[dev,vtracer]'` brings all.
 """

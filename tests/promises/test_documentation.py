@@ -108,6 +108,14 @@ def test_links_lead_somewhere(name: str) -> None:
     assert missing == []
 
 
+def test_named_files_exist() -> None:
+    pages = [*DOCUMENTS, *sorted((ROOT / "docs" / "notes").glob("*.md"))]
+    named = re.compile(r"\b(?:livecl|kernels|tests|tools|examples)/[\w/]*\w\.(?:py|cl|h)\b")
+    found = {(page.name, path) for page in pages for path in named.findall(page.read_text(encoding="utf-8"))}
+    assert len(found) > 30
+    assert {(page, path) for page, path in found if not (ROOT / path).exists()} == set()
+
+
 def test_the_readme_leads_to_every_page() -> None:
     linked = set(re.findall(r"\]\((docs/[\w-]+\.md)\)", NAMES["README.md"].read_text(encoding="utf-8")))
     assert {name for name in NAMES if name.startswith("docs/")} <= linked
