@@ -71,6 +71,7 @@ def _guard(data: bytes) -> expat.XMLParserType:
     """Return a parser that builds nothing and refuses what could harm."""
     depth = count = 0
     entities: dict[str, str] = {}
+    has_external = False
 
     def declare_entity(name: str, is_parameter: int, value: str | None, *_: Any) -> None:
         if is_parameter or value is None:
@@ -84,10 +85,14 @@ def _guard(data: bytes) -> expat.XMLParserType:
             raise ValueError("declares long default values of attributes; save it as plain SVG")
 
     def refuse_definition(_: str, system_id: str | None, *__: Any) -> None:
+        nonlocal has_external
+        has_external = system_id is not None
         if system_id and not re.match(r"https?://www\.w3\.org/", system_id):
             raise ValueError("refers to a document type in another file; save it as plain SVG")
 
     def check_entities() -> None:
+        if has_external and (name := _undeclared(entities, data)):
+            raise ValueError(f"refers to the XML entity {name[:60]!r}, which it does not declare; save it as plain SVG")
         if entities and _expanded_length(entities, data) > MAX_EXPANSION:
             raise ValueError(f"its XML entities expand to more than {MAX_EXPANSION} characters; save it as plain SVG")
 
@@ -119,6 +124,21 @@ def _guard(data: bytes) -> expat.XMLParserType:
     return parser
 
 
+def _references(data: bytes) -> collections.Counter[str]:
+    """Return how often entities are referred to, by name, those in comments and CDATA left out."""
+    is_wide = b"\0" in data[:4] or data[:2] in (b"\xff\xfe", b"\xfe\xff")
+    text = data.decode("utf-16" if is_wide else "utf-8", "replace")
+    return collections.Counter(
+        re.findall(r"&([^\s&;#<>]+);", re.sub(r"(?s)<!--.*?(?:-->|\Z)|<!\[CDATA\[.*?(?:\]\]>|\Z)", "", text))
+    )
+
+
+def _undeclared(entities: dict[str, str], data: bytes) -> str | None:
+    """Return an entity that is referred to and not declared: the parser would skip it in silence."""
+    known = entities.keys() | {"amp", "lt", "gt", "quot", "apos"}
+    return next((name for name in _references(data) if name not in known), None)
+
+
 def _expanded_length(entities: dict[str, str], data: bytes) -> int:
     """Return a bound on the characters that all references to entities in a document expand to.
 
@@ -138,11 +158,4 @@ def _expanded_length(entities: dict[str, str], data: bytes) -> int:
             lengths[name] = len(value) + sum(length(found, depth + 1) for found in inner)
         return lengths[name]
 
-    encoding = "utf-16" if b"\0" in data[:4] or data[:2] in (b"\xff\xfe", b"\xfe\xff") else "latin-1"
-    references = collections.Counter(re.findall(r"&([^\s&;#]+);", data.decode(encoding, "replace")))
-    by_latin = {name.encode().decode("latin-1"): name for name in entities} if encoding == "latin-1" else {}
-    return sum(
-        number * length(by_latin.get(name, name), 0)
-        for name, number in references.items()
-        if by_latin.get(name, name) in entities
-    )
+    return sum(number * length(name, 0) for name, number in _references(data).items() if name in entities)

@@ -98,7 +98,9 @@ class PaintServers:
         if not len(stops):
             return None
         stops = stops * (1, 1, 1, 1, shape.opacity)
-        last: Rgba = (*stops[-1, 1:4].tolist(), as_saved(float(stops[-1, 4])))
+        stops[:, 4] = [as_saved(opacity) for opacity in stops[:, 4].tolist()]
+        red, green, blue, alpha = stops[-1, 1:].tolist()
+        last: Rgba = (red, green, blue, alpha)
         stops = gradients.without_needless(stops)
         if len(stops) == 1 or all(np.array_equal(stop, stops[0, 1:]) for stop in stops[1:, 1:]):
             return last
@@ -131,7 +133,7 @@ class PaintServers:
             return np.zeros((0, 5))
         if owner not in self._stops:
             around = self._around(owner)
-            if around.get("color-interpolation", "sRGB").lower() == "linearrgb":
+            if around.get("color-interpolation", "srgb") == "linearrgb":
                 self._left_out["gradients in linear RGB, read in sRGB"] += 1
             stops = [child for child in owner if tag_of(child) == "stop"]
             if len(stops) > MAX_STOPS:

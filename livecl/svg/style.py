@@ -20,7 +20,7 @@ from livecl.svg.selectors import Matcher
 #: Properties that an element takes from its parent where it does not state them, with their initial values.
 INHERITED = {
     "color": "black",
-    "color-interpolation": "sRGB",
+    "color-interpolation": "srgb",
     "fill": "black",
     "fill-opacity": "1",
     "fill-rule": "nonzero",
@@ -59,6 +59,8 @@ _PROPERTIES = (
     | {"opacity", "overflow", "stop-color", "stop-opacity", "transform", "transform-box", "transform-origin"}
     | {"viewport-fill"}
 )
+#: Properties whose values are words, in capitals or not.
+_WORDS = {"color-interpolation", "display", "fill-rule", "overflow", "shape-rendering", "transform-box", "visibility"}
 _WIDE = {"inherit", "initial", "unset", "revert", "revert-layer"}
 #: At-rules that change no shape's fill, outline or place.
 _HARMLESS = {"charset", "color-profile", "counter-style", "font-face", "font-feature-values", "page", "property"}
@@ -162,6 +164,8 @@ class StyleSheet:
         return own
 
     def _state(self, own: dict[str, str], name: str, value: str, is_css: bool = False) -> None:
+        if name in _WORDS:
+            value = value.lower()
         if value.lower() in _WIDE and name in _PROPERTIES:
             own[name] = value.lower()
         elif is_valid(name, value) and not (is_css and name in _GEOMETRY - {"d"} and not is_length(value)):

@@ -233,7 +233,7 @@ class Walker:
         fill = self._fill(local, here) if outline else None
         if fill is None:
             return
-        if here.style.get("shape-rendering") in ("crispEdges", "optimizeSpeed") and not is_upright(outline):
+        if here.style.get("shape-rendering") in ("crispedges", "optimizespeed") and not is_upright(outline):
             self.left_out["edges without antialiasing"] += 1
         if here.style.get("fill-rule") == "evenodd":
             outline, equal = nonzero_from_even_odd(outline)

@@ -62,6 +62,11 @@ def test_refused_bodies(body: str, words: str) -> None:
         (b'<!DOCTYPE svg [<!ENTITY % a SYSTEM "http://localhost/x">%a;]><svg/>', "entities"),
         (b'<!DOCTYPE svg [<!ENTITY a "&b;"><!ENTITY b "&a;">]><svg width="9" height="9">&a;</svg>', "nest deeper"),
         ('<!DOCTYPE svg [<!ENTITY a "&a;">]><svg width="9" height="9">&a;</svg>'.encode("utf-16"), "nest deeper"),
+        (
+            b'<!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.1//EN" "http://www.w3.org/Graphics/SVG/1.1/DTD/svg11.dtd">'
+            b'<svg width="9" height="9"><path d="&a;"/></svg>',
+            "entity 'a', which it does not declare",
+        ),
         (b'<!DOCTYPE svg [<!ATTLIST svg width CDATA "%s">]><svg/>' % (b"1" * 300), "default values"),
         (b'<!DOCTYPE svg SYSTEM "file:///etc/passwd"><svg width="9" height="9"/>', "another file"),
         (b'<?xml-stylesheet href="a.css"?><svg width="9" height="9"/>', "another file"),
@@ -92,6 +97,17 @@ def test_bombs_of_entities_are_refused() -> None:
     many = "".join(f'<!ENTITY a{i} "b">' for i in range(501))
     with pytest.raises(SvgError, match="more than 500 XML entities"):
         read_svg(f'<!DOCTYPE svg [{many}]><svg width="9" height="9"/>'.encode())
+
+
+@pytest.mark.parametrize("part", ["<!--", "<![CDATA[", "&a;", "&", "<!-- -->"])
+def test_references_are_counted_quickly(part: str) -> None:
+    start = time.process_time()
+    doctype = '<!DOCTYPE svg [<!ENTITY a "">]>'
+    try:
+        read_svg(f'{doctype}<svg width="9" height="9"><g>{part * 500_000}</g></svg>'.encode())
+    except SvgError as error:
+        assert "not a whole XML document" in str(error)
+    assert time.process_time() - start < 10
 
 
 def test_bombs_of_selectors_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -131,6 +131,15 @@ def test_words_for_all_properties() -> None:
         np.testing.assert_allclose(read(rect.format(attributes)).colors, [rgba])
 
 
+def test_words_are_read_in_capitals_too() -> None:
+    square = '<path d="M0 0h9v9h-9z M2 2h4v4h-4z" style="{}"/>'
+    assert read(square.format("display:NONE")).num_layers == read(square.format("visibility:Hidden")).num_layers == 0
+    even_odd = read(square.format("fill-rule:EvenOdd"))
+    assert np.array_equal(even_odd.points, read(square.format("fill-rule:evenodd")).points)
+    assert not np.array_equal(even_odd.points, read(square.format("")).points)
+    assert_colors(read(f'<g color="RED">{square.format("fill:CurrentColor")}</g>'), "red")
+
+
 def test_unknown_values_are_ignored_and_named() -> None:
     """As CSS has it, what is inherited or stated before stays."""
     for attributes, kind in (
