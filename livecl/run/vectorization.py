@@ -36,32 +36,14 @@ def vectorize_pixels(
     lock: Sequence[int] = (),
     control: Control | None = None,
 ) -> Result:
-    """Vectorize a picture at its full size, as :func:`livecl.vectorize` does at its working size.
+    """Vectorize a picture at its full size; :func:`livecl.vectorize` does so at its working size.
 
     Parameters
     ----------
     image : (H, W, 3) or (H, W, 4) float32
         Straight RGB or RGBA in [0, 1].
-    paths : int or "auto", optional
-        Number of paths, at most; 8 where neither this nor a list of stages is given, none beside those of `start`.
-        "auto" goes on as long as further paths gain enough (`Options.path_gain`).
-    schedule : "exp" or sequence of int, optional
-        Paths that each stage adds, see :func:`livecl.schedule.parse_schedule`.
-    options : Options, optional
-        Parameters of the method.
-    device : int, str or None
-        OpenCL device, see :func:`livecl.opencl.device.choose_device`.
-    seed : int
-        Seed of whatever is random.
-    on_step : callable, optional
-        Called with a :class:`Step` after each iteration; where it returns true the run stops there.
-    start : Drawing, optional
-        Drawing to start from, of the picture's size: a first stage refines it, then the paths asked for are added. The
-        result is never worse than it.
-    lock : sequence of int
-        Layers of `start` that stay as they are.
-    control : Control, optional
-        A time limit, and checkpoints to go on from.
+    paths, schedule, options, device, seed, on_step, start, lock, control
+        As for :func:`livecl.vectorize`; `start` of the picture's size.
 
     Returns
     -------
@@ -69,15 +51,8 @@ def vectorize_pixels(
 
     Raises
     ------
-    ValueError
-        If an argument is not usable; the message names it.
-    DeviceError, KernelBuildError
-        If the device cannot be had.
-    CheckpointError
-        If the run cannot go on from the checkpoint that `control` names.
-    RunError
-        If the run fails when it is under way: the loss stops being finite, the device fails or memory runs out. What
-        was good before is in its `result`.
+    ValueError, DeviceError, KernelBuildError, CheckpointError, RunError
+        As :func:`livecl.vectorize`.
     """
     options = Options() if options is None else options
     if paths == "auto":
