@@ -12,15 +12,11 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-for folder in (ROOT / "tools", ROOT / "tests"):
-    sys.path.append(str(folder))
-
-from gradient_checks.comparisons import Comparer  # noqa: E402
-from gradient_checks.findings import Finding, table  # noqa: E402
-from gradient_checks.scenes import random_scene  # noqa: E402
+import with_tests  # noqa: F401  # before what imports the references
+from gradient_checks.comparisons import Comparer
+from gradient_checks.findings import Finding, table
+from gradient_checks.scenes import random_scene
 
 EPILOG = """\
 exit codes: 0 all within what is allowed, 1 some are not, 2 bad arguments

@@ -5,15 +5,12 @@ Renderers differ where outlines cross pixels, so the squared difference is given
 largest difference (`flat`, in levels of 255) where no outline is within a pixel. tools/sweep_svg.py sweeps folders.
 """
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import livecl
 from livecl.drawing.drawing import Drawing

@@ -22,8 +22,6 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-
 from evaluation.methods import METHODS, VTRACER, Method, parse_method
 from evaluation.plots import plot_error
 from evaluation.runs import Row, Run, execute_all, picture_name, plan, source_digest

@@ -14,8 +14,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import get_args
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-
 import numpy as np
 from animations.inputs import BadInputError, Parser, add_method_arguments, check_device, read_drawing, run, say, whole
 from animations.outputs import add_output_arguments, check_output, write_drawings

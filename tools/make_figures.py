@@ -1,19 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Make the figures of the tutorial, the method and the options: docs/figures/NAME.png.
+"""Make the figures of the README, the tutorial, the method, the options and interpolation: docs/figures/NAME.png.
 
 Needs the extra `plots`. All of them take a few minutes.
 """
 
 import argparse
-import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+from figures import blending, method, options, tutorial
 
-from figures import method, options, tutorial
-
-FIGURES = {**method.FIGURES, **tutorial.FIGURES, **options.FIGURES}
+FIGURES = {**blending.FIGURES, **method.FIGURES, **tutorial.FIGURES, **options.FIGURES}
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "figures"
 
 

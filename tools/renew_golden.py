@@ -11,11 +11,9 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.append(str(Path(__file__).resolve().parent.parent / "tests"))
-
+import with_tests  # noqa: F401  # before what imports from there
 from support import golden_set
 
 

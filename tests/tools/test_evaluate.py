@@ -22,6 +22,7 @@ from evaluation.methods import METHODS, Method, parse_method, schedule_through
 from PIL import Image
 from support.drawings import build, rectangle
 
+import livecl
 from livecl.image.reading import read_image, save_image
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
@@ -347,3 +348,16 @@ def test_path_counts() -> None:
     assert evaluate.path_counts("16,8,8") == (8, 16)
     with pytest.raises(SystemExit):
         evaluate.main(["in", "-o", "out", "--paths", "8,0"])
+
+
+def test_digest_changes_with_any_module_that_decides_a_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = tmp_path / "livecl"
+    for name in ("run/loop.py", "views/sheet.py"):
+        (package / name).parent.mkdir(parents=True)
+        (package / name).write_text("1", encoding="utf-8")
+    monkeypatch.setattr(livecl, "__file__", str(package / "__init__.py"))
+    digests = [runs.source_digest.__wrapped__()]
+    for name in ("run/loop.py", "views/sheet.py"):
+        (package / name).write_text("2", encoding="utf-8")
+        digests.append(runs.source_digest.__wrapped__())
+    assert digests[0] != digests[1] == digests[2]

@@ -5,13 +5,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import compare_sequence
 import interpolate as interpolate_tool
 import numpy as np
-import orderness
 import pytest
 import vectorize_sequence
 from animations.strokes import DIGITS, HEIGHT, PEN, draw_frames
+from figures import blending
 from PIL import Image
 from support.drawings import BLUE, GREEN, RED, build, circle, rectangle
 
@@ -143,20 +142,10 @@ def test_sequence_refusals(folder: Path, capsys: pytest.CaptureFixture[str]) -> 
         assert message in capsys.readouterr().err
 
 
-def test_comparisons(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert compare_sequence.main(["23", "--frames", "2", "--side", "32", "-o", "rows.png", *SHORT]) == 0
-    assert "| 2 to 3 |" in capsys.readouterr().out
-    assert livecl.read_image("rows.png").shape == (3 * 32, 2 * 32 + 2, 3)
-    assert orderness.main(["a.svg", "b.png", "--paths", "2", "--frames", "3", "--repeats", "1", "-o", "rows.png"]) == 0
-    assert capsys.readouterr().out.count("\n") == 2 + len(orderness.ROWS)
-    assert livecl.read_image("rows.png").shape == (len(orderness.ROWS) * 16, 3 * 20 + 2 * 2, 3)
-    assert orderness.main(["a.svg", "none.png", "-o", "rows.png"]) == 2
-
-
 def test_orderness_measures() -> None:
     a, b = build([([circle((16, 16), 4)], RED)], SIZE), build([([circle((22, 16), 8)], GREEN)], SIZE)
     drawings = interpolate(a, b, [0, 0.5, 1])
-    stray, at_ends, between, moved, fill = orderness.measure(a, b, drawings)
+    stray, at_ends, between, moved, fill = blending.measure(a, b, drawings)
     # Areas of radii 4, 6 and 8: 36 in place of the mean of 16 and 64.
     assert stray == pytest.approx(4 / 40)
     assert (at_ends, between) == (0, 0)

@@ -35,7 +35,7 @@ from livecl.rendering.rasterizer import Rasterizer
 from livecl.svg import save_svg
 
 #: What changes nothing in the outcome of a run.
-_WITHOUT_EFFECT = {"__init__.py", "__main__.py", "cli.py"}
+_WITHOUT_EFFECT = {"__init__.py", "__main__.py", "batch", "cli", "vae", "views"}
 _RESULT = "result.json"
 
 Row = dict[str, Any]
@@ -141,9 +141,10 @@ def source_digest() -> str:
     folders = {Path(livecl.__file__).parent: "*.py", kernel_dir(): "*.[ch]*", Path(__file__).parent: "measures.py"}
     digest = hashlib.sha256()
     for folder, pattern in folders.items():
-        for file in sorted(folder.glob(pattern)):
-            if file.name not in _WITHOUT_EFFECT:
-                digest.update(file.name.encode() + b"\0" + file.read_bytes())
+        for file in sorted(folder.rglob(pattern)):
+            name = file.relative_to(folder)
+            if name.parts[0] not in _WITHOUT_EFFECT:
+                digest.update(name.as_posix().encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()[:16]
 
 

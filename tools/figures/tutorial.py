@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of the tutorial: what its commands make."""
+"""Figures of the README and the tutorial: what their commands make."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ import numpy as np
 
 import livecl
 from figures.strip import save_small, save_strip, shown
-from livecl.views.sheet import stage_sheet
+from livecl.views.sheet import fitted, stage_sheet
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+#: Side of the README's pictures, px.
+SIDE = 120
 
 
 def sheet(file: Path) -> None:
@@ -20,6 +22,14 @@ def sheet(file: Path) -> None:
     options = livecl.options.PRESETS["draft"](background="auto")
     result = livecl.vectorize(image, paths=16, options=options)
     save_small(file, np.rint(255 * stage_sheet(image, result, cell=150)))
+
+
+def face(file: Path) -> None:
+    """The face beside its drawing after each of six stages."""
+    image = livecl.read_image(EXAMPLES / "face.png")
+    result = livecl.vectorize(image, schedule=(1,) * 6)
+    pictures = [image, *(shown(stage.drawing, 2 * SIDE) for stage in result.stages)]
+    save_small(file, np.concatenate([np.asarray(fitted(picture, (SIDE, SIDE))) for picture in pictures], axis=1))
 
 
 def edit(file: Path) -> None:
@@ -33,4 +43,4 @@ def edit(file: Path) -> None:
     save_strip(file, [(shown(drawing), name, text) for drawing, name, text in cells])
 
 
-FIGURES = {"tutorial-sheet": sheet, "tutorial-edit": edit}
+FIGURES = {"face": face, "tutorial-sheet": sheet, "tutorial-edit": edit}

@@ -7,13 +7,13 @@ A part is compared with the slow reference in float64.
 from __future__ import annotations
 
 import functools
-import json
 import math
-import random
 from typing import Any
 
 import numpy as np
 import reference
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from reference.rounding import image_tolerance
 
 from fuzzing.kind import Kind, one_line
@@ -40,66 +40,67 @@ ODD_VALUES = (
 Case = dict[str, Any]
 
 
-def subpath(rng: random.Random, size: tuple[int, int], numbers: np.random.Generator) -> np.ndarray:
-    """Return the segments (m, 3, 2) of one subpath, of one of many odd shapes."""
-    height, width = size
-    count = rng.choice((1, 1, 2, 3, 4, 4, 4, 8, 20))
-    box = np.array([width, height], dtype=float)
-    shape = rng.choice(
-        ("tangle", "tangle", "far", "huge", "tiny", "point", "line", "grid", "rectangle", "doubled", "spike", "many")
-    )
-    points = numbers.uniform(-0.2, 1.2, (count, 3, 2)) * box
+@functools.cache
+def coordinates(size: tuple[int, int]) -> st.SearchStrategy[float]:
+    """Return what coordinates are drawn from: whole ones and others, on the canvas and near it."""
+    side = max(size)
+    return st.integers(-2, side + 2).map(float) | st.floats(-2, side + 2)
+
+
+def odd_segments(seed: int, size: tuple[int, int]) -> np.ndarray:
+    """Return the segments (m, 3, 2) of a subpath of one of many odd shapes, chosen by a seed."""
+    numbers = np.random.default_rng(seed)
+    count = int(numbers.choice((1, 2, 3, 4, 8, 20)))
+    points = numbers.uniform(-0.2, 1.2, (count, 3, 2)) * size[::-1]
+    shape = numbers.choice(("tangle", "far", "huge", "tiny", "point", "line", "grid", "doubled", "spike", "many"))
     if shape == "far":
-        points += numbers.choice([-1, 1], 2) * 10 ** rng.uniform(1, 5)
+        points += numbers.choice([-1, 1], 2) * 10 ** numbers.uniform(1, 5)
     elif shape == "huge":
-        points *= 10 ** rng.uniform(1, 5)
+        points *= 10 ** numbers.uniform(1, 5)
     elif shape == "tiny":
-        points = points[:1, :1] + (points - points[:1, :1]) * 10 ** rng.uniform(-12, -1)
+        points = points[:1, :1] + (points - points[:1, :1]) * 10 ** numbers.uniform(-12, -1)
     elif shape == "point":
         points[:] = points[0, 0]
     elif shape == "line":
-        points[..., rng.randrange(2)] = points[0, 0, 0]
+        points[..., numbers.integers(2)] = points[0, 0, 0]
     elif shape == "grid":
-        points = np.round(points * rng.choice((1, 2, 0.125))) / rng.choice((1, 2))
-    elif shape == "rectangle":
-        corners = np.round(numbers.uniform(-1, max(size) + 1, (2, 2)), rng.choice((0, 0, 1, 3)))
-        (x, y), (u, v) = corners
-        start = np.array([(x, y), (u, y), (u, v), (x, v)])
-        points = np.stack([start, start, np.roll(start, -1, axis=0)], axis=1)
+        points = np.round(points * numbers.choice((1, 2, 0.125))) / numbers.choice((1, 2))
     elif shape == "doubled":
         points = np.concatenate([points, points])
     elif shape == "spike":
-        points[rng.randrange(count), rng.randrange(3)] *= 10 ** rng.uniform(1, 4)
+        points[numbers.integers(count), numbers.integers(3)] *= 10 ** numbers.uniform(1, 4)
     elif shape == "many":
-        points = numbers.uniform(-0.2, 1.2, (rng.choice((100, 3000)), 3, 2)) * box
+        points = numbers.uniform(-0.2, 1.2, (int(numbers.choice((100, 3000))), 3, 2)) * size[::-1]
     return points
 
 
-def make(rng: random.Random) -> Case:
-    """Return arguments of a drawing; one in ten has an odd number, and one in ten an odd argument."""
-    numbers = np.random.default_rng(rng.getrandbits(64))
-    size = rng.choice(SIZES)
-    num_layers = rng.choice((0, 1, 1, 2, 3, 8, 60))
-    layers = [[subpath(rng, size, numbers) for _ in range(rng.choice((1, 1, 1, 2, 4)))] for _ in range(num_layers)]
-    subpaths = [part for layer in layers for part in layer]
-    points = np.concatenate([np.zeros((0, 3, 2)), *subpaths])
-    colors = numbers.choice([0, 0.5, 1, numbers.uniform()], (num_layers, 4))
+@st.composite
+def cases(draw: st.DrawFn) -> Case:
+    """Return arguments of a drawing, at most one of them odd."""
+    size = draw(st.sampled_from(SIZES))
+    few = st.integers(1, 6).flatmap(lambda count: arrays(np.float64, (count, 3, 2), elements=coordinates(size)))
+    subpaths = few | st.integers(0, 2**32).map(lambda seed: odd_segments(seed, size))
+    most = draw(st.sampled_from((4, 4, 60)))
+    layers = draw(st.lists(st.lists(subpaths, min_size=1, max_size=3), max_size=most))
+    parts = [part for layer in layers for part in layer]
+    shares = st.sampled_from((0.0, 1.0, 0.5)) | st.floats(0, 1)
     case: Case = {
-        "points": points,
-        "colors": colors,
+        "points": np.concatenate([np.zeros((0, 3, 2)), *parts]),
+        "colors": draw(arrays(np.float64, (len(layers), 4), elements=shares)),
         "size": size,
-        "background": rng.choice((None, [1.0, 1.0, 1.0], [0.2, 0.0, 0.9])),
-        "subpath_offsets": np.cumsum([0, *map(len, subpaths)]),
+        "background": draw(st.none() | st.lists(shares, min_size=3, max_size=3)),
+        "subpath_offsets": np.cumsum([0, *map(len, parts)]),
         "layer_offsets": np.cumsum([0, *map(len, layers)]),
     }
-    if rng.random() < 0.1 and num_layers:
-        array = points if rng.random() < 0.7 else colors
-        array.reshape(-1)[rng.randrange(array.size)] = rng.choice(ODD_NUMBERS)
-    if rng.random() < 0.05:
-        offsets = case[rng.choice(("subpath_offsets", "layer_offsets"))]
-        offsets[rng.randrange(len(offsets))] = rng.choice((-1, 0, 1, len(points), len(points) + 1, 2**40))
-    if rng.random() < 0.1:
-        case[rng.choice(("stages", "names", *case))] = rng.choice(ODD_VALUES)
+    odd = draw(st.sampled_from(("none", "none", "none", "number", "offset", "argument")))
+    if odd == "number" and layers:
+        array = case[draw(st.sampled_from(("points", "colors")))].reshape(-1)
+        array[draw(st.integers(0, array.size - 1))] = draw(st.sampled_from(ODD_NUMBERS) | st.floats())
+    elif odd == "offset":
+        offsets = case[draw(st.sampled_from(("subpath_offsets", "layer_offsets")))]
+        offsets[draw(st.integers(0, len(offsets) - 1))] = draw(st.integers(-2, len(case["points"]) + 2))
+    elif odd == "argument":
+        case[draw(st.sampled_from(("stages", "names", *case)))] = draw(st.sampled_from(ODD_VALUES))
     return case
 
 
@@ -147,10 +148,4 @@ def _compared(drawing: Drawing, image: np.ndarray) -> str:
     return "compared"
 
 
-def dump(case: Case) -> bytes:
-    """Return a case as JSON, whose numbers are written in full."""
-    listed = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in case.items()}
-    return json.dumps(listed, default=repr).encode()
-
-
-KIND = Kind(make=make, check=check, dump=dump, suffix=".json", seconds=60.0, megabytes=8000)
+KIND = Kind(cases=cases(), check=check, seconds=60.0, megabytes=8000)

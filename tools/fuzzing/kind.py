@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a kind of input is to the fuzzer: cases made of random numbers, and what must hold of each."""
+"""Kinds of input for the fuzzer: what cases are drawn from, and what must hold of each."""
 
 from __future__ import annotations
 
 import dataclasses
-import random
 from collections.abc import Callable
 from typing import Any
+
+from hypothesis import strategies as st
+
+#: Random numbers that Hypothesis chooses, and so can make smaller.
+NUMBERS = st.randoms(use_true_random=False)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -15,33 +19,24 @@ class Kind:
 
     Parameters
     ----------
-    make : callable
-        Makes a case from a source of random numbers, and from nothing else, so that the numbers of seed and case are
-        enough to make it again.
+    cases : SearchStrategy
+        Where cases come from. They are pickled.
     check : callable
         Gives a case to livecl and returns what became of it in a word, such as "read" or "refused"; raises whatever it
         likes where something is wrong.
-    dump : callable
-        Returns the bytes that a case is saved as, for people.
     suffix : str
-        Of the saved file's name.
+        Of the saved file's name, where a case is the content of a file.
     seconds : float
         Most processor time that a case may take.
     megabytes : int
         Most address space that a worker may take beyond what it has at its start.
     """
 
-    make: Callable[[random.Random], Any]
+    cases: st.SearchStrategy[Any]
     check: Callable[[Any], str]
-    dump: Callable[[Any], bytes]
-    suffix: str
+    suffix: str = ".pickle"
     seconds: float = 10.0
     megabytes: int = 2000
-
-
-def source(module: str, seed: int, number: int) -> random.Random:
-    """Return what the case of a kind's module is made from: text as a seed gives the same numbers on any machine."""
-    return random.Random(f"{module} {seed} {number}")
 
 
 def one_line(error: Exception) -> None:

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-import json
 import random
 from typing import Any, get_args, get_type_hints
 
 import numpy as np
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
-from fuzzing.kind import Kind
+from fuzzing.kind import NUMBERS, Kind
 from fuzzing.svgs import same
 from livecl.options import PRESETS, Options
 from livecl.run.recipe import Recipe
@@ -41,7 +42,7 @@ def picture(rng: random.Random) -> np.ndarray:
 
 
 def make(rng: random.Random) -> Case:
-    """Return a picture, and a recipe of few iterations and a few changes of a preset."""
+    """Return a recipe of few iterations and a few changes of a preset."""
     hints = get_type_hints(Options)
     choices = {name: get_args(hint) or (False, True) for name, hint in hints.items() if hint is bool or get_args(hint)}
     choices.pop("variant")  # goes with few others, which the preset of that name has
@@ -58,7 +59,6 @@ def make(rng: random.Random) -> Case:
     names = rng.sample([*choices, *numbers], rng.choice((0, 1, 2, 4)))
     changes = {name: rng.choice(choices.get(name) or numbers[name]) for name in names}
     return {
-        "pixels": picture(rng),
         "preset": rng.choice(list(PRESETS)),
         "changes": changes | {"iterations": rng.randint(1, 3), "revisions": rng.choice((0, 0, 1))},
         "schedule": rng.choice(("1", "1,1", "1,2", "3,1,1")),
@@ -85,9 +85,8 @@ def check(case: Case) -> str:
     return f"done, {'some' if result.drawing.num_layers else 'no'} layers"
 
 
-def dump(case: Case) -> bytes:
-    """Return a case as JSON, whose numbers are written in full."""
-    return json.dumps({**case, "pixels": case["pixels"].tolist()}).encode()
-
-
-KIND = Kind(make=make, check=check, dump=dump, suffix=".json", seconds=120.0, megabytes=8000)
+PIXELS = st.tuples(st.integers(1, 12), st.integers(1, 12), st.sampled_from((3, 4))).flatmap(
+    lambda shape: arrays(np.float64, shape, elements=st.sampled_from((0.0, 1.0, 0.5)) | st.floats(0, 1))
+)
+CASES = st.builds(lambda case, pixels: {**case, "pixels": pixels}, NUMBERS.map(make), PIXELS | NUMBERS.map(picture))
+KIND = Kind(cases=CASES, check=check, seconds=120.0, megabytes=8000)
