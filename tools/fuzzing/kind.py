@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 import dataclasses
+import random
 from collections.abc import Callable
 from typing import Any
 
 from hypothesis import strategies as st
 
-#: Random numbers that Hypothesis chooses, and so can make smaller.
-NUMBERS = st.randoms(use_true_random=False)
+#: Random numbers that Hypothesis chooses one by one: it can make them smaller, but prefers the ends of ranges.
+CHOSEN = st.randoms(use_true_random=False)
+#: Evenly distributed random numbers, of which Hypothesis chooses the seed only.
+EVEN = st.integers(0, 2**64).map(random.Random)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -20,7 +23,9 @@ class Kind:
     Parameters
     ----------
     cases : SearchStrategy
-        Where cases come from. They are pickled.
+        Where cases come from that can be made smaller. They are pickled.
+    others : SearchStrategy
+        Where cases come from that cannot, but are more like what there is.
     check : callable
         Gives a case to livecl and returns what became of it in a word, such as "read" or "refused"; raises whatever it
         likes where something is wrong.
@@ -33,6 +38,7 @@ class Kind:
     """
 
     cases: st.SearchStrategy[Any]
+    others: st.SearchStrategy[Any]
     check: Callable[[Any], str]
     suffix: str = ".pickle"
     seconds: float = 10.0

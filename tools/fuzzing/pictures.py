@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image, ImageCms
 from support.picture_files import encoded, png16, png_chunk, tiff
 
-from fuzzing.kind import NUMBERS, Kind, one_line
+from fuzzing.kind import CHOSEN, EVEN, Kind, one_line
 from fuzzing.mutation import mutated
 from livecl.errors import ImageError
 from livecl.image.reading import read_image
@@ -108,4 +108,4 @@ def check(data: bytes) -> str:
     return "read"
 
 
-KIND = Kind(cases=NUMBERS.map(make), check=check, suffix=".picture", seconds=60.0, megabytes=4000)
+KIND = Kind(cases=CHOSEN.map(make), others=EVEN.map(make), check=check, suffix=".picture", seconds=60.0, megabytes=4000)

@@ -10,7 +10,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fuzzing.kind import NUMBERS, Kind
+from fuzzing.kind import CHOSEN, EVEN, Kind
 from fuzzing.svgs import same
 from livecl.options import PRESETS, Options
 from livecl.run.recipe import Recipe
@@ -88,5 +88,8 @@ def check(case: Case) -> str:
 PIXELS = st.tuples(st.integers(1, 12), st.integers(1, 12), st.sampled_from((3, 4))).flatmap(
     lambda shape: arrays(np.float64, shape, elements=st.sampled_from((0.0, 1.0, 0.5)) | st.floats(0, 1))
 )
-CASES = st.builds(lambda case, pixels: {**case, "pixels": pixels}, NUMBERS.map(make), PIXELS | NUMBERS.map(picture))
-KIND = Kind(cases=CASES, check=check, seconds=120.0, megabytes=8000)
+CASES, OTHERS = (
+    st.builds(lambda case, pixels: {**case, "pixels": pixels}, numbers.map(make), pixels)
+    for numbers, pixels in ((CHOSEN, PIXELS), (EVEN, EVEN.map(picture)))
+)
+KIND = Kind(cases=CASES, others=OTHERS, check=check, seconds=120.0, megabytes=8000)

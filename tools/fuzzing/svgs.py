@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fuzzing.kind import NUMBERS, Kind, one_line
+from fuzzing.kind import CHOSEN, EVEN, Kind, one_line
 from fuzzing.mutation import mutated
 from livecl.drawing.drawing import Drawing
 from livecl.errors import SvgError
@@ -249,4 +249,4 @@ def same(wanted: Drawing, got: Drawing, *, with_stages: bool) -> None:
     assert got.labels == wanted.labels, (got.labels, wanted.labels)
 
 
-KIND = Kind(cases=NUMBERS.map(make), check=check, suffix=".svg")
+KIND = Kind(cases=CHOSEN.map(make), others=EVEN.map(make), check=check, suffix=".svg")

@@ -19,8 +19,10 @@ from pathlib import Path
 from typing import Any
 
 from fuzzing.kind import Kind
-from fuzzing.search import MOST_CHARACTERS, Finding, Outcome, search
+from fuzzing.search import MOST_CHARACTERS, Finding, Search
 
+#: Counts of the cases that went well, and the findings by their places.
+Outcome = tuple[collections.Counter[str], dict[str, Finding]]
 #: Wall time without a further case after which a worker is taken to hang in native code, in units of the limit on a
 #: case's processor time: a busy machine is slow too.
 PATIENCE = 12
@@ -33,7 +35,7 @@ def kind_of(module: str) -> Kind:
 
 
 def hunt(module: str, seed: int, cases: int) -> Outcome:
-    """Search among cases of a kind; return as `search` does. Counts of a worker that is lost are lost with it."""
+    """Search among cases of a kind. Counts of a worker that is lost are lost with it."""
     counts: collections.Counter[str] = collections.Counter()
     found: dict[str, Finding] = {}
     tried, turn = 0, 0
@@ -45,8 +47,10 @@ def hunt(module: str, seed: int, cases: int) -> Outcome:
             if outcome is not None:
                 counts += outcome[0]
                 return counts, {**found, **outcome[1]}
-            case = pickle.loads((Path(folder) / "case").read_bytes())
-            found.setdefault(crash, Finding(crash, case))
+            kept = Path(folder) / "found"
+            found |= pickle.loads(kept.read_bytes()) if kept.exists() else {}
+            found.setdefault(crash, Finding(crash, pickle.loads((Path(folder) / "case").read_bytes())))
+            kept.unlink(missing_ok=True)
             tried, turn = tried + done, turn + 1
     return counts, found
 
@@ -89,7 +93,12 @@ def _work(module: str, seed: int, cases: int, folder: Path, number: Any, pipe: C
             (folder / "case").write_bytes(pickle.dumps(case))
             number.value += 1
 
-        pipe.send(search(kind, seed=seed, most=cases, before=note))
+        def keep() -> None:
+            (folder / "found").write_bytes(pickle.dumps(search.found))
+
+        search = Search(kind, note, keep)
+        search.run(seed=seed, most=cases)
+        pipe.send((search.counts, search.found))
 
 
 def limit_memory(megabytes: int) -> None:

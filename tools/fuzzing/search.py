@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Search for cases that go wrong with Hypothesis, which makes each as small as it can.
+
+Small means few and simple choices: of a picture file few changes are left, but no smaller file.
+"""
+
+from __future__ import annotations
+
+import collections
+import dataclasses
+import signal
+import traceback
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from hypothesis import HealthCheck, Phase, Verbosity, given, settings
+from hypothesis import seed as seeded
+from hypothesis import strategies as st
+from hypothesis.errors import Flaky
+
+from fuzzing.kind import Kind
+
+#: Length of a finding's text.
+MOST_CHARACTERS = 300
+
+
+@dataclasses.dataclass(frozen=True)
+class Finding:
+    """The smallest case found that goes wrong at a place; `always` is False where it did not do so again."""
+
+    what: str
+    case: Any
+    always: bool = True
+
+
+class TooLongError(Exception):
+    """A case took too much processor time."""
+
+
+class _Stopped(BaseException):
+    """Raised within a case that takes too long. Not an `Exception`, so that no reader takes it for damage."""
+
+
+class Search:
+    """Looks for cases that go wrong.
+
+    Parameters
+    ----------
+    kind : Kind
+        What cases there are, and what has to hold of each.
+    before : callable
+        Called with each case before it is checked.
+    after : callable
+        Called where a case goes wrong at a place that is new.
+
+    Attributes
+    ----------
+    counts : Counter
+        Outcomes of the cases that went well.
+    found : dict of Finding
+        The smallest case of each place where something goes wrong.
+    """
+
+    def __init__(
+        self, kind: Kind, before: Callable[[Any], None] = lambda case: None, after: Callable[[], None] = lambda: None
+    ) -> None:
+        self.counts: collections.Counter[str] = collections.Counter()
+        self.found: dict[str, Finding] = {}
+        self._kind, self._before, self._after = kind, before, after
+
+    def run(self, *, seed: int, most: int) -> None:
+        """Try cases, `most` besides those that are tried to make one smaller; the same seed gives the same ones."""
+        for cases, number in ((self._kind.cases, most - most // 2), (self._kind.others, most // 2)):
+            if number:
+                self._search(cases, seed, number)
+
+    def _search(self, cases: st.SearchStrategy[Any], seed: int, most: int) -> None:
+        known = set(self.found)  # those of the cases that can be made smaller are kept
+
+        @seeded(seed)
+        @settings(
+            max_examples=most,
+            database=None,  # what was found before is found again by its seed
+            deadline=None,
+            phases=(Phase.generate, Phase.shrink),
+            suppress_health_check=list(HealthCheck),
+            verbosity=Verbosity.quiet,
+        )
+        @given(cases)
+        def holds(case: Any) -> None:
+            self._before(case)
+            try:
+                self.counts[checked(self._kind, case)] += 1
+            except Exception as error:
+                where, what = described(error)
+                if where not in known:
+                    is_new = where not in self.found
+                    self.found[where] = Finding(what, case)
+                    if is_new:
+                        self._after()
+                raise
+
+        try:
+            holds()  # Hypothesis tries the smallest case of each place last
+        except Flaky:
+            self.found |= {
+                where: dataclasses.replace(one, always=False) for where, one in self.found.items() if where not in known
+            }
+        except Exception:
+            if not self.found:  # no case's error
+                raise
+
+
+def checked(kind: Kind, case: Any) -> str:
+    """Check a case within its time; a numeric warning within livecl is an error, others are not shown."""
+    usual = signal.signal(signal.SIGPROF, _stop)
+    signal.setitimer(signal.ITIMER_PROF, kind.seconds)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            warnings.filterwarnings("error", category=RuntimeWarning, module="livecl")
+            return kind.check(case)
+    except _Stopped:
+        raise TooLongError("took too much processor time") from None
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, usual)
+
+
+def described(error: BaseException) -> tuple[str, str]:
+    """Return the place that an error comes from, among livecl's files where there is one, and what it says."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if "livecl" in Path(frame.filename).parts] or frames
+    place = f"{Path(own[-1].filename).name}:{own[-1].lineno}"
+    return f"{type(error).__name__} at {place}", " ".join(f"{type(error).__name__}: {error}".split())[:MOST_CHARACTERS]
+
+
+def _stop(*_: Any) -> None:
+    raise _Stopped
