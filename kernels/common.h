@@ -35,12 +35,12 @@ typedef CONCAT(REAL, LANES) realv;
 typedef CONCAT(MASK, LANES) maskv;
 
 #define TILE 8
-// Tile state `winding`: the winding number of the whole tile, or EDGE where a line of the outline touches it.
+// `tile_state`: the winding number of the whole tile, or EDGE where a line of the outline touches it.
 #define EDGE 0x7fffffff
 // Rounding left over by the sums of one row of one layer: about a hundred deposits of at most 1.
 #define SNAP ((real)128 * REAL_EPSILON)
 
-//
+// Bands.
 // Where layers need more memory than allowed, the canvas is worked on in bands of strips, one after the other, in the same
 // buffers: int4 band = (first span, past-the-last span, first strip, past-the-last strip). Sums go on from band to band.
 

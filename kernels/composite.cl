@@ -13,12 +13,12 @@
 #include "distance.h"
 
 __kernel void composite_forward(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
-                                __global const int *strip_offsets, __global const int *winding,
+                                __global const int *strip_offsets, __global const int *tile_state,
                                 __global const realv *area, __global realv *image)
 {
     int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
     if (strip >= band.w) return;
-    Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 1);
+    Site site = site_at(params, spans, strip_offsets, tile_state, area, strip, tile, 1);
     int row = strip * num_tiles * TILE + tile * TILE, plane = num_strips * num_tiles * TILE;
     int step = site.edges ? 1 : TILE, span = site.first;
     Stack stack;
@@ -113,7 +113,7 @@ inline void clear_layers(Site site, int begin, int end, __global realv *d_covera
         int index = site_tile(site, k);
         if (index < 0) continue;
         d_colors[index] = 0;
-        if (site.winding[index] == EDGE)
+        if (site.tile_state[index] == EDGE)
             for (int i = 0; i < TILE; i++) d_coverage[index * TILE + i] = 0;
     }
 }
@@ -181,7 +181,7 @@ inline void tile_backward(Site site, int bottom, const Objective *objective, __g
                 realv coverage = site_coverage(site, index, column);
                 realv d_a = over_backward(gradient, splat_color(rgba), below[k], rgba[3] * coverage, &d_color[k]);
                 d_opacity[k] += coverage * d_a;
-                if (site.winding[index] == EDGE) d_coverage[index * TILE + column] = rgba[3] * d_a;
+                if (site.tile_state[index] == EDGE) d_coverage[index * TILE + column] = rgba[3] * d_a;
             }
         }
         for (int k = stack.begin; k < DEPTH; k++)
@@ -200,17 +200,17 @@ inline void tile_backward(Site site, int bottom, const Objective *objective, __g
 //     d_color = a G'      d_a = G' . (c - C)      d_coverage = opacity d_a      d_opacity = coverage d_a,
 // each summed over the tile's pixels but for d_coverage; what is left of G at the bottom is d_background.
 //
-// params, spans, strip_offsets, winding, area  in, as in composite_forward       d_image  (CHANNELS, plane)  in
+// params, spans, strip_offsets, tile_state, area  in, as in composite_forward       d_image  (CHANNELS, plane)  in
 // d_coverage  (num_tiles, TILE)  out, in EDGE tiles        d_colors  (num_tiles,)  out, dL/d(r, g, b, opacity) of the tile
 // d_tiles  (num_strips * num_tiles, 4)  out: 0, dL/dbackground of the tile
 __kernel void composite_backward(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
-                                 __global const int *strip_offsets, __global const int *winding,
+                                 __global const int *strip_offsets, __global const int *tile_state,
                                  __global const realv *area, __global const realv *d_image,
                                  __global realv *d_coverage, __global real4 *d_colors, __global real *d_tiles)
 {
     int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
     if (strip >= band.w) return;
-    Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 2);
+    Site site = site_at(params, spans, strip_offsets, tile_state, area, strip, tile, 2);
     Objective objective = objective_of(d_image, 0, num_strips, num_tiles, strip, tile);
     tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
 }
@@ -219,14 +219,14 @@ __kernel void composite_backward(int4 band, int num_strips, int num_tiles, __glo
 //
 // target  (CHANNELS, plane)  in      weight  (plane)  in      d_tiles  (.., 4)  out: loss, dL/dbackground of the tile
 __kernel void composite_loss(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
-                             __global const int *strip_offsets, __global const int *winding,
+                             __global const int *strip_offsets, __global const int *tile_state,
                              __global const realv *area, __global const realv *target,
                              __global const realv *weight, real scale, __global realv *d_coverage,
                              __global real4 *d_colors, __global real *d_tiles)
 {
     int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
     if (strip >= band.w) return;
-    Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 2);
+    Site site = site_at(params, spans, strip_offsets, tile_state, area, strip, tile, 2);
     Objective objective = objective_of(0, target, num_strips, num_tiles, strip, tile);
     for (int i = 0; i < TILE; i++) objective.weight[i] = scale * weight[objective.row + i];
     tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
@@ -237,7 +237,7 @@ __kernel void composite_loss(int4 band, int num_strips, int num_tiles, __global 
 // distance_spans, distance_strip_offsets, near, closeness, factors  in, as in distance_weight
 __kernel void composite_distance_loss(int4 band, int num_strips, int num_tiles, __global const real *params,
                                       __global const int4 *spans, __global const int *strip_offsets,
-                                      __global const int *winding, __global const realv *area,
+                                      __global const int *tile_state, __global const realv *area,
                                       __global const int4 *distance_spans, __global const int *distance_strip_offsets,
                                       __global const int *near, __global const realv *closeness,
                                       __global const real *factors, __global const realv *target, real scale,
@@ -245,7 +245,7 @@ __kernel void composite_distance_loss(int4 band, int num_strips, int num_tiles, 
 {
     int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
     if (strip >= band.w) return;
-    Site site = site_at(params, spans, strip_offsets, winding, area, strip, tile, 2);
+    Site site = site_at(params, spans, strip_offsets, tile_state, area, strip, tile, 2);
     Objective objective = objective_of(0, target, num_strips, num_tiles, strip, tile);
     for (int k = distance_strip_offsets[strip]; k < distance_strip_offsets[strip + 1]; k++) {
         int index = near_tile(distance_spans[k], near, tile);

@@ -44,7 +44,7 @@ inline Color background_color(__global const real *params)
 typedef struct {
     __global const real *params;
     __global const int4 *spans;
-    __global const int *winding;
+    __global const int *tile_state;
     __global const realv *area;
     int tile;         // column of the tile
     int first, last;  // spans of the strip that count
@@ -59,21 +59,21 @@ inline int site_tile(Site site, int span_id)
     int4 span = site.spans[span_id];
     if (site.tile < span_first(span) || site.tile >= span_last(span)) return -1;
     int index = span_tile(span, site.tile);
-    return site.winding[index] == 0 ? -1 : index;
+    return site.tile_state[index] == 0 ? -1 : index;
 }
 
 // Leave out what cannot show: all below the num_opaque-th layer from the top that is opaque all over the tile. For colours
 // one such layer is enough; the gradient of its opacity needs what it hides, down to the next.
 inline Site site_at(__global const real *params, __global const int4 *spans, __global const int *strip_offsets,
-                    __global const int *winding, __global const realv *area, int strip, int tile, int num_opaque)
+                    __global const int *tile_state, __global const realv *area, int strip, int tile, int num_opaque)
 {
-    Site site = {params, spans, winding, area, tile, strip_offsets[strip], strip_offsets[strip + 1], 0, 0, 0};
+    Site site = {params, spans, tile_state, area, tile, strip_offsets[strip], strip_offsets[strip + 1], 0, 0, 0};
     for (int k = site.last - 1; k >= site.first; k--) {
         int index = site_tile(site, k);
         if (index < 0) continue;
         site.num_layers++;
-        site.edges |= winding[index] == EDGE;
-        if (winding[index] == EDGE || params_color(params, span_layer(spans[k]))[3] != 1) continue;
+        site.edges |= tile_state[index] == EDGE;
+        if (tile_state[index] == EDGE || params_color(params, span_layer(spans[k]))[3] != 1) continue;
         if (--num_opaque == 0) {
             site.first = k;
             site.covered = 1;
@@ -120,7 +120,7 @@ inline int stack_downwards(Site site, int k, int count, Stack *stack)
 
 inline realv site_coverage(Site site, int tile, int column)
 {
-    if (site.winding[tile] != EDGE) return 1;
+    if (site.tile_state[tile] != EDGE) return 1;
     realv a = site.area[tile * TILE + column], size = MAGNITUDE(a);
     return LESSER(size, (realv)1);
 }

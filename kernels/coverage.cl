@@ -19,7 +19,7 @@
 
 typedef struct {
     int4 span;
-    __global int *winding;
+    __global int *tile_state;
     __global realv *area, *height;
     int tile, index;  // the tile touched last, -1 where it is outside the span
 } Row;
@@ -32,8 +32,8 @@ inline int touch(Row *row, int tile)
     row->index = -1;
     if (tile < span_first(row->span) || tile >= span_last(row->span)) return -1;
     int index = row->index = span_tile(row->span, tile);
-    if (row->winding[index] != EDGE) {
-        row->winding[index] = EDGE;
+    if (row->tile_state[index] != EDGE) {
+        row->tile_state[index] = EDGE;
         for (int i = 0; i < TILE; i++) row->area[index * TILE + i] = row->height[index * TILE + i] = 0;
     }
     return index;
@@ -64,18 +64,18 @@ inline void deposit_left(Row *row, real4 part, real top)
 //
 // spans  (num_spans,)  in              layer_segments  (N + 1,)  in, first segment of each layer
 // line_offsets  (M + 1,)  in           segment_bounds  (M,)  in         lines  (L,)  in, px
-// winding  (num_tiles,)  out           area  (num_tiles, TILE)  out: A, in EDGE tiles only
+// tile_state  (num_tiles,)  out           area  (num_tiles, TILE)  out: A, in EDGE tiles only
 // d_coverage  (num_tiles, TILE)  scratch, the sums `height`, until compositing puts the gradient there
 inline void cover_span(int id, int num_columns, __global const int4 *spans, __global const int *layer_segments,
                        __global const int *line_offsets, __global const real4 *segment_bounds,
-                       __global const real4 *lines, __global int *winding, __global realv *area,
+                       __global const real4 *lines, __global int *tile_state, __global realv *area,
                        __global realv *d_coverage)
 {
     int4 span = spans[id];
-    Row row = {span, winding, area, d_coverage, -1, -1};
+    Row row = {span, tile_state, area, d_coverage, -1, -1};
     int layer = span_layer(span);
     real top = span_strip(span) * LANES, bottom = top + LANES;
-    for (int tile = span_first(span); tile < span_last(span); tile++) winding[span_tile(span, tile)] = 0;
+    for (int tile = span_first(span); tile < span_last(span); tile++) tile_state[span_tile(span, tile)] = 0;
 
     for (int segment = layer_segments[layer]; segment < layer_segments[layer + 1]; segment++) {
         if (segment_bounds[segment].w < top || segment_bounds[segment].y > bottom) continue;
@@ -101,9 +101,9 @@ inline void cover_span(int id, int num_columns, __global const int4 *spans, __gl
     realv before = 0;  // sum of the heights left of the column
     for (int tile = span_first(span); tile < span_last(span); tile++) {
         int index = span_tile(span, tile);
-        if (winding[index] != EDGE) {
-            winding[index] = floor_of(sum_lanes(before) / LANES + (real)0.5);
-            before = winding[index];
+        if (tile_state[index] != EDGE) {
+            tile_state[index] = floor_of(sum_lanes(before) / LANES + (real)0.5);
+            before = tile_state[index];
             continue;
         }
         for (int i = index * TILE; i < (index + 1) * TILE; i++) {
@@ -117,20 +117,20 @@ inline void cover_span(int id, int num_columns, __global const int4 *spans, __gl
 __kernel void coverage_forward(int4 band, int num_columns, __global const int4 *spans,
                                __global const int *layer_segments, __global const int *line_offsets,
                                __global const real4 *segment_bounds, __global const real4 *lines,
-                               __global int *winding, __global realv *area, __global realv *d_coverage)
+                               __global int *tile_state, __global realv *area, __global realv *d_coverage)
 {
     int id = band.x + get_global_id(0);
     if (id >= band.y) return;  // global size is padded
-    cover_span(id, num_columns, spans, layer_segments, line_offsets, segment_bounds, lines, winding, area, d_coverage);
+    cover_span(id, num_columns, spans, layer_segments, line_offsets, segment_bounds, lines, tile_state, area, d_coverage);
 }
 
 // Each layer's coverage by itself, min(|A|, 1), as a plane; 0 outside its spans. Work-item: one layer in one strip.
 //
-// spans, layer_strips, layer_spans  in: where tiles are       winding, area  in, as left by coverage_forward
+// spans, layer_strips, layer_spans  in: where tiles are       tile_state, area  in, as left by coverage_forward
 // planes  (N, num_strips, num_tiles * TILE)  out
 __kernel void coverage_planes(int4 band, int num_layers, int num_strips, int num_tiles, __global const int4 *spans,
                               __global const int2 *layer_strips, __global const int *layer_spans,
-                              __global const int *winding, __global const realv *area, __global realv *planes)
+                              __global const int *tile_state, __global const realv *area, __global realv *planes)
 {
     int id = get_global_id(0), layer = id % num_layers, strip = band.z + id / num_layers;
     if (strip >= band.w) return;
@@ -143,7 +143,7 @@ __kernel void coverage_planes(int4 band, int num_layers, int num_strips, int num
         for (int column = 0; column < TILE; column++) {
             realv share = 0;
             if (inside) {
-                int whole = winding[index];
+                int whole = tile_state[index];
                 realv a = area[index * TILE + column], size = MAGNITUDE(a);
                 share = whole == EDGE ? LESSER(size, (realv)1) : (realv)(whole != 0);
             }
@@ -156,7 +156,7 @@ typedef struct {
     __global const int4 *spans;
     __global const int2 *layer_strips;
     __global const int *layer_spans;
-    __global const int *winding;
+    __global const int *tile_state;
     __global const real *area, *d_coverage;
     int first_strip, last_strip, layer;
     int strip, tile, index;  // the tile looked up last, -1 where it stores no coverage
@@ -174,7 +174,7 @@ inline int cells_tile(Cells *cells, int strip, int tile)
     int4 span = cells->spans[cells->layer_spans[strips.x + strip]];
     if (tile < span_first(span) || tile >= span_last(span)) return -1;
     int index = span_tile(span, tile);
-    return cells->index = cells->winding[index] == EDGE ? index : -1;
+    return cells->index = cells->tile_state[index] == EDGE ? index : -1;
 }
 
 // d_coverage times d coverage / dA at a pixel; 0 where no coverage is stored. `direction` is the sign of the change of A
@@ -207,12 +207,12 @@ inline real cell_gradient(Cells *cells, int column, int row, int direction)
 // Work-item: one line.
 //
 // lines  (L,)  in          line_layers  (L,)  in          spans, layer_strips, layer_spans  in: where tiles are
-// winding, area, d_coverage  in, as left by coverage_forward and compositing
+// tile_state, area, d_coverage  in, as left by coverage_forward and compositing
 // d_lines  (L,)  out, loss per px of (x0, y0, x1, y1)
 __kernel void coverage_backward(int4 band, int num_lines, int width, int height, __global const real4 *lines,
                                 __global const int *line_layers, __global const int4 *spans,
                                 __global const int2 *layer_strips, __global const int *layer_spans,
-                                __global const int *winding, __global const real *area,
+                                __global const int *tile_state, __global const real *area,
                                 __global const real *d_coverage, __global real4 *d_lines)
 {
     int id = get_global_id(0);
@@ -220,7 +220,7 @@ __kernel void coverage_backward(int4 band, int num_lines, int width, int height,
     real4 line = lines[id], part = line;
     real2 d = line.zw - line.xy, normal = (real2)(-d.y, d.x);
     real g0 = 0, g1 = 0;
-    Cells cells = {spans, layer_strips, layer_spans, winding, area, d_coverage, band.z, band.w, line_layers[id], -1, -1, -1};
+    Cells cells = {spans, layer_strips, layer_spans, tile_state, area, d_coverage, band.z, band.w, line_layers[id], -1, -1, -1};
     int on_column_border = d.x == 0 && d.y != 0 && line.x == floor_of(line.x);
     int on_row_border = d.y == 0 && d.x != 0 && line.y == floor_of(line.y);
     int steep = MAGNITUDE(d.y) >= MAGNITUDE(d.x), sign_x = normal.x < 0 ? -1 : 1, sign_y = normal.y < 0 ? -1 : 1;

@@ -31,7 +31,7 @@ __kernel void span_both(int num_distance_spans, int num_coverage_spans, int widt
                         __global const real4 *distance_lines, __global int *near, __global realv *closeness,
                         __global real *span_sums, __global const int4 *coverage_spans,
                         __global const int *coverage_line_offsets, __global const real4 *coverage_segment_bounds,
-                        __global const real4 *coverage_lines, __global int *winding, __global realv *area,
+                        __global const real4 *coverage_lines, __global int *tile_state, __global realv *area,
                         __global realv *d_coverage)
 {
     int id = get_global_id(0);
@@ -40,5 +40,5 @@ __kernel void span_both(int num_distance_spans, int num_coverage_spans, int widt
                      distance_segment_bounds, distance_lines, near, closeness, span_sums);
     else if (id < num_distance_spans + num_coverage_spans)
         cover_span(id - num_distance_spans, num_columns, coverage_spans, layer_segments, coverage_line_offsets,
-                   coverage_segment_bounds, coverage_lines, winding, area, d_coverage);
+                   coverage_segment_bounds, coverage_lines, tile_state, area, d_coverage);
 }

@@ -5,12 +5,12 @@
 
 // Work-item: one layer; one more for what belongs to the whole canvas.
 //
-// layer_strips, layer_spans, spans  in: where tiles are       winding  (num_tiles,)  in: 0 where the layer is not
+// layer_strips, layer_spans, spans  in: where tiles are       tile_state  (num_tiles,)  in: 0 where the layer is not
 // d_colors  (num_tiles,)  in         d_tiles  (strips of the band * num_tiles, 4)  in
 // result  see common.h  out: loss, d_background, d_colors
 __kernel void reduce_tiles(int4 band, int num_layers, int num_tiles, __global const int4 *spans,
                            __global const int2 *layer_strips, __global const int *layer_spans,
-                           __global const int *winding, __global const real4 *d_colors, __global const real4 *d_tiles,
+                           __global const int *tile_state, __global const real4 *d_colors, __global const real4 *d_tiles,
                            __global real4 *result)
 {
     int layer = get_global_id(0);
@@ -28,7 +28,7 @@ __kernel void reduce_tiles(int4 band, int num_layers, int num_tiles, __global co
         int4 span = spans[layer_spans[strips.x + strip]];
         for (int tile = span_first(span); tile < span_last(span); tile++) {
             int index = span_tile(span, tile);
-            if (winding[index] != 0) sum += d_colors[index];
+            if (tile_state[index] != 0) sum += d_colors[index];
         }
     }
     result[slot] = sum;

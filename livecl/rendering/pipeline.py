@@ -167,7 +167,7 @@ class Pipeline:
 
     def _reserve_coverage(self, spans: Spans) -> None:
         run = self.launcher
-        run.reserve("winding", spans.num_tiles * 4)
+        run.reserve("tile_state", spans.num_tiles * 4)
         run.reserve_reals("area", spans.num_tiles * self._tile)
         run.reserve_reals("d_coverage", spans.num_tiles * self._tile)
 
