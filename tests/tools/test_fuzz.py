@@ -156,7 +156,7 @@ def test_a_long_search_finds_nothing(kind: str, cases: int, tmp_path: Path) -> N
 def test_a_kept_case_is_tried_again(tmp_path: Path) -> None:
     for kind, case, content in (
         ("svgs", "kept.svg", b"<svg"),
-        ("options", "kept.pickle", pickle.dumps(("schedule", ("1,1", 3)))),
+        ("options", "kept.pickle", pickle.dumps(("schedule", ("1,1", 2)))),
     ):
         file = tmp_path / case
         file.write_bytes(content)
