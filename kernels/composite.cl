@@ -62,7 +62,7 @@ inline Objective objective_of(__global const realv *d_image, __global const real
 // in that by E, h = 2 scale weight E: dL/de_i = h_i, dL/de_a = sqrt(3) / 2 h_a - (h_r + h_g + h_b) / 2.
 #define ALPHA_SEEN ((real)0.86602540378443864676)  // sqrt(3) / 2
 
-inline Color error_seen(Color error)
+inline Color visible_error(Color error)
 {
     if (CHANNELS == 3) return error;
     for (int i = 0; i < 3; i++) error.c[i] -= (real)0.5 * error.c[CHANNELS - 1];
@@ -70,7 +70,7 @@ inline Color error_seen(Color error)
     return error;
 }
 
-inline Color error_seen_backward(Color h)
+inline Color visible_error_backward(Color h)
 {
     if (CHANNELS == 3) return h;
     h.c[CHANNELS - 1] = ALPHA_SEEN * h.c[CHANNELS - 1] - (real)0.5 * (h.c[0] + h.c[1] + h.c[2]);
@@ -87,13 +87,13 @@ inline void objective_at(const Objective *objective, int column, Color color, Co
     realv weight = objective->weight[column];
     Color error, h;
     for (int i = 0; i < CHANNELS; i++) error.c[i] = color.c[i] - objective->target[i * objective->plane + at];
-    error = error_seen(error);
+    error = visible_error(error);
     for (int i = 0; i < CHANNELS; i++) {
         realv weighted = weight * error.c[i];
         *loss += weighted * error.c[i];
         h.c[i] = weighted + weighted;
     }
-    h = error_seen_backward(h);
+    h = visible_error_backward(h);
     for (int i = 0; i < CHANNELS; i++) g->c[i] += h.c[i];
 }
 

@@ -3,7 +3,7 @@
 """Run methods over folders of pictures, and compare what they give.
 
 Measured on each saved SVG: MSE, PSNR, SSIM in resvg's picture of it and in our own, the difference of the two, size,
-seconds, and how clean its layers are (livecl/layering/metrics.py). Written to the output folder: results.csv,
+seconds, and how clean its layers are (livecl/quality). Written to the output folder: results.csv,
 results.json, mse-against-paths.png, sheets/*.png (worst first), runs/ (all SVGs). Started again with the same output
 folder, it goes on where it stopped; a run is made anew if picture, options or program have changed.
 

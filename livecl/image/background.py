@@ -75,6 +75,6 @@ def target_over(image: NDArray[np.float32], background: ArrayLike | None) -> NDA
 
     Over a background that is RGB, (H, W, 3). Without one it is premultiplied RGBA, (H, W, 4): so the colour of clear
     pixels does not count, and over any background b the difference in the picture is (C - C*) - (A - A*) b
-    (:mod:`livecl.image.alpha`).
+    (:mod:`livecl.image.errors`).
     """
     return premultiplied(image) if background is None else over_background(image, background)

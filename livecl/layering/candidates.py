@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.fitting import fit_outlines
 from livecl.geometry.outlines import circle, random_outline, reversed_path
-from livecl.image.alpha import error_seen
+from livecl.image.errors import visible_error
 from livecl.layering.amodal import completed
 from livecl.layering.components import Place
 from livecl.layering.masks import border, holes, without_holes
@@ -247,7 +247,7 @@ class _Judge:
         target, error = self._painting.target[window], self._error[window]
         opened = []
         for hole in holes(mask, SMALL_REGION)[:MAX_HOLES]:
-            painted = np.square(error_seen(target[hole] - color)).sum()
+            painted = np.square(visible_error(target[hole] - color)).sum()
             if error[hole].sum() < painted:
                 opened.append(hole)
         return filled & ~np.logical_or.reduce(opened) if opened else None

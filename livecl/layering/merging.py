@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing, concatenate
-from livecl.image.alpha import mse_seen
+from livecl.image.errors import visible_mse
 from livecl.layering.candidates import SEGMENT_ERROR, fitted_outlines, layers_of
-from livecl.layering.metrics import VISIBLE_SHARE, flat_regions, layer_alphas, mergeable_pairs, visible_shares
+from livecl.layering.contributions import VISIBLE_SHARE, layer_alphas, visible_shares
+from livecl.layering.neighbors import flat_regions, mergeable_pairs
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
 
@@ -43,7 +44,7 @@ def merge_neighbors(
 ) -> Merged:
     """Merge `free` layers, (N,), as long as the mean squared error rises by at most `tolerance` for each.
 
-    Two layers that touch, of the same colour (:func:`livecl.layering.metrics.mergeable_pairs`), become one where
+    Two layers that touch, of the same colour (:func:`livecl.layering.neighbors.mergeable_pairs`), become one where
     most of what is visible of them lies in the same flat region of the picture. The new outline is that of both
     together, fitted anew, or simply both outlines, whichever does better for its number of segments, at the depth of
     either.
@@ -51,7 +52,7 @@ def merge_neighbors(
     `check` is called before each try; what it raises ends the merging.
     """
     sources = np.arange(drawing.num_layers)
-    regions, error = flat_regions(target), mse_seen(rasterizer.forward(drawing), target)
+    regions, error = flat_regions(target), visible_mse(rasterizer.forward(drawing), target)
     refused: set[tuple[int, int]] = set()
     trials = 0
     merged = True
@@ -112,7 +113,7 @@ def _best(
             order[depth] = count
             order = order[order != (lower + upper - depth)]
             trial = both.layer_subset(order)
-            error = mse_seen(rasterizer.forward(trial), target)
+            error = visible_mse(rasterizer.forward(trial), target)
             found.append((error + SEGMENT_ERROR / target.size * trial.num_segments, len(found), trial, order, error))
     _, _, trial, order, error = min(found, key=lambda item: item[:2])
     return trial, order, error

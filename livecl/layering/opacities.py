@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.image.alpha import error_seen
+from livecl.image.errors import visible_error
 from livecl.layering.stack import NOWHERE, WHOLE, LayerStack, Window
 
 #: Alpha from which on a layer counts as opaque and stays so, least factor of the others' opacities, and rounds in which
@@ -69,7 +69,7 @@ class Opacities:
         if k not in self._changes:
             self._changes[k] = self._change(k, WHOLE)
         own, product, square = self._changes[k]
-        missing = error_seen(color - self._stack.grounds[depth][window][pixels])
+        missing = visible_error(color - self._stack.grounds[depth][window][pixels])
         seen = self._stack.transmittances[depth][window][pixels]
         both = seen * np.einsum("...c,...c->...", missing, own[window][pixels])
         alone = self._removed(k, product, square)
@@ -79,8 +79,8 @@ class Opacities:
         """Return d_k, r . d_k and |d_k|^2 within a window."""
         stack = self._stack
         visible = stack.alphas[k][window] * stack.transmittances[k + 1][window]
-        change = np.asarray(visible[..., None] * error_seen(stack.colors[k] - stack.grounds[k][window]))
-        residual = error_seen(self._target[window] - stack.image[window])
+        change = np.asarray(visible[..., None] * visible_error(stack.colors[k] - stack.grounds[k][window]))
+        residual = visible_error(self._target[window] - stack.image[window])
         return change, float(np.sum(residual * change)), float(np.sum(change * change))
 
     def _step(self, k: int, product: float, square: float) -> float:

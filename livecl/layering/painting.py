@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.image.alpha import error_seen
+from livecl.image.errors import visible_error
 from livecl.layering.opacities import Opacities
 from livecl.layering.stack import NOWHERE, WHOLE, FloatArray, LayerStack, Window, meet, window_of, within
 
@@ -64,7 +64,7 @@ class Painting:
     @property
     def error(self) -> FloatArray:
         """Squared difference from the target, as it is seen, summed over the channels: (H, W)."""
-        return np.asarray(np.square(error_seen(self.target - self.stack.image)).sum(axis=-1))
+        return np.asarray(np.square(visible_error(self.target - self.stack.image)).sum(axis=-1))
 
     def try_layers(
         self, alphas: Sequence[NDArray[Any]], color: FloatArray, within_window: Window = WHOLE, roughly: bool = False
@@ -104,10 +104,10 @@ class Painting:
         # Of a window that is mostly empty, as that of thin lines, the pixels covered are looked at one by one.
         pixels = together > 0 if np.count_nonzero(together) < SPARSE * together.size else ...
         shares = [share[pixels] for share in shares]
-        residual = error_seen(self.target[window][pixels] - stack.image[window][pixels])
+        residual = visible_error(self.target[window][pixels] - stack.image[window][pixels])
         linear, square = np.empty((2, len(depths), *residual.shape[:-1]), np.float32)
         for number, depth in enumerate(depths):
-            missing = error_seen(color.astype(np.float32) - stack.grounds[depth][window][pixels])
+            missing = visible_error(color.astype(np.float32) - stack.grounds[depth][window][pixels])
             seen = stack.transmittances[depth][window][pixels]
             linear[number] = 2 * seen * np.einsum("...c,...c->...", residual, missing)
             square[number] = seen * seen * np.einsum("...c,...c->...", missing, missing)

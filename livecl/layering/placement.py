@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.layering.candidates import initial_outline, layers_of, paint_of, region_candidates
 from livecl.layering.components import Place, component_places
-from livecl.layering.metrics import composited_colors, layer_alphas
+from livecl.layering.contributions import composited_colors, layer_alphas
 from livecl.layering.painting import Painting
 from livecl.layering.stack import LayerStack
 from livecl.options import Options

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
-from livecl.image.alpha import mse_seen
-from livecl.layering.metrics import VISIBLE_SHARE, layer_alphas, removal_changes, visible_shares
+from livecl.image.errors import visible_mse
+from livecl.layering.contributions import VISIBLE_SHARE, layer_alphas, removal_changes, visible_shares
 from livecl.rendering.rasterizer import Rasterizer
 
 #: A layer counts as hidden if less than this share of its pixels is visible.
@@ -33,7 +33,7 @@ def needed_layers(
     drawing, free = drawing.layer_subset(shown), free[shown]
     if least <= 0 or not drawing.num_layers:
         return drawing
-    error = mse_seen(rasterizer.forward(drawing), target)
+    error = visible_mse(rasterizer.forward(drawing), target)
     while True:
         alphas = layer_alphas(drawing, rasterizer)
         changes = np.where(free, removal_changes(drawing, alphas, target, seen=True), np.inf)
@@ -41,7 +41,7 @@ def needed_layers(
         kept = np.ones(len(changes), bool)
         for layer in np.argsort(changes - wanted, kind="stable")[: int(np.sum(changes < wanted))]:
             kept[layer] = False
-            without = mse_seen(rasterizer.forward(drawing.layer_subset(kept)), target)
+            without = visible_mse(rasterizer.forward(drawing.layer_subset(kept)), target)
             if without - error < wanted[layer]:
                 error = without
             else:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.image.alpha import error_seen
+from livecl.image.errors import visible_error
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -118,9 +118,9 @@ class RegionFinder:
         sums = np.stack(
             [np.bincount(flat, channel.ravel(), count) for channel in np.moveaxis(self._target, -1, 0)], axis=1
         )
-        squares = np.bincount(flat, np.square(error_seen(self._target)).sum(axis=-1).ravel(), count)
+        squares = np.bincount(flat, np.square(visible_error(self._target)).sum(axis=-1).ravel(), count)
         mean = sums / np.maximum(area, 1)[:, None]
-        within = squares - (error_seen(sums) * error_seen(mean)).sum(axis=1)
+        within = squares - (visible_error(sums) * visible_error(mean)).sum(axis=1)
         return _Segmentation(labels, area, mean, within)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import pieces_for
-from livecl.image.alpha import unpremultiplied
+from livecl.image.errors import unpremultiplied
 from livecl.opencl.device import OpenDevice, open_device
 from livecl.opencl.guard import on_device
 from livecl.opencl.program import LANES
@@ -191,7 +191,7 @@ class Rasterizer:
 
         The loss is the sum over pixels of ``scale * weight`` times the sum over R, G and B of (image - target)^2; where
         the drawing has no background, times the mean of that sum over a black and over a white one
-        (:mod:`livecl.image.alpha`).
+        (:mod:`livecl.image.errors`).
 
         Parameters
         ----------

@@ -167,8 +167,8 @@ class Recipe:
             `Result.working_size`.
         """
         from livecl.image.background import TRAIN, WHITE, target_over
+        from livecl.image.errors import mse
         from livecl.image.reading import as_image
-        from livecl.layering.metrics import mse
         from livecl.rendering.rasterizer import render
         from livecl.run.result import RunError
         from livecl.run.vectorization import vectorize_pixels

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.geometry.outlines import circle
-from livecl.image.alpha import mse_seen
 from livecl.image.background import TRAIN, WHITE, target_over
+from livecl.image.errors import mse, visible_mse
 from livecl.image.reading import as_image
 from livecl.layering.candidates import layers_of
 from livecl.layering.merging import merge_neighbors
@@ -103,12 +103,11 @@ class Vectorizer:
 
     def mse(self, drawing: Drawing) -> float:
         """Return the mean over pixels and channels of the squared difference from the target."""
-        difference = self.rasterizer.forward(drawing) - self.target
-        return float(np.mean(np.square(difference, dtype=np.float64)))
+        return mse(self.rasterizer.forward(drawing), self.target)
 
     def error(self, drawing: Drawing) -> float:
         """Return what drawings are compared by: without a background, the error that is seen over one."""
-        return mse_seen(self.rasterizer.forward(drawing), self.target)
+        return visible_mse(self.rasterizer.forward(drawing), self.target)
 
     def warm_up(self) -> None:
         """Have the device compile what a step needs: runtimes compile a kernel when it is first launched."""

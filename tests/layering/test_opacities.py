@@ -14,9 +14,8 @@ from scipy.ndimage import gaussian_filter
 
 import livecl
 from livecl import Options
-from livecl.image.alpha import error_seen, mse_seen
+from livecl.image.errors import mse, visible_error, visible_mse
 from livecl.image.reading import over_background, premultiplied
-from livecl.layering.metrics import mse
 from livecl.layering.painting import Painting
 from livecl.layering.regions import RegionFinder
 from livecl.layering.stack import LayerStack
@@ -43,20 +42,20 @@ def test_squares_sum_to_what_is_seen(channels: int) -> None:
     rng = np.random.default_rng(channels)
     image, target = rng.uniform(size=(2, 5, 6, channels))
     seen, _ = squared_error(image, target)
-    np.testing.assert_allclose(np.square(error_seen(image - target)).sum(axis=-1), seen, rtol=1e-12)
-    assert mse_seen(image, target) == pytest.approx(np.mean(seen) / 3, rel=1e-12)
+    np.testing.assert_allclose(np.square(visible_error(image - target)).sum(axis=-1), seen, rtol=1e-12)
+    assert visible_mse(image, target) == pytest.approx(np.mean(seen) / 3, rel=1e-12)
 
 
 def test_it_is_the_mean_over_black_and_white() -> None:
     image, target = np.random.default_rng(0).uniform(size=(2, 5, 6, 4))
     over = [mse(_over(image, ground), _over(target, ground)) for ground in (np.zeros(3), np.ones(3))]
-    assert mse_seen(image, target) == pytest.approx(np.mean(over), rel=1e-12)
+    assert visible_mse(image, target) == pytest.approx(np.mean(over), rel=1e-12)
 
 
 def test_of_rgb_it_is_the_mean_squared_error() -> None:
     image, target = np.random.default_rng(0).uniform(size=(2, 5, 6, 3))
-    assert mse_seen(image, target) == mse(image, target)
-    assert error_seen(image) is image
+    assert visible_mse(image, target) == mse(image, target)
+    assert visible_error(image) is image
 
 
 @pytest.mark.parametrize("channels", [3, 4])
@@ -163,7 +162,7 @@ def test_training_minimizes_what_is_seen(device: int) -> None:
 
     def on_step(step: livecl.Step) -> None:
         losses.append(step.loss)
-        seen.append(mse_seen(step.image, premultiplied(image)))
+        seen.append(visible_mse(step.image, premultiplied(image)))
 
     # Short steps, as the loss is that of the lines into which a path was flattened before.
     options = Options(iterations=6, revisions=0, shape="circle", radius=20, learning_rate=1e-3, untangle=False)

@@ -17,7 +17,7 @@ from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import circle
 from livecl.layering import candidates
 from livecl.layering.candidates import SMALL_REGION
-from livecl.layering.metrics import layer_alphas
+from livecl.layering.contributions import layer_alphas
 from livecl.layering.placement import Placement, place_paths
 
 FloatArray = NDArray[np.float64]

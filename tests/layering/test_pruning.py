@@ -8,7 +8,7 @@ import pytest
 from conftest import RasterizerFor
 from support import drawings
 
-from livecl.layering.metrics import mse
+from livecl.image.errors import mse
 from livecl.layering.pruning import needed_layers
 
 SIZE = (40, 40)

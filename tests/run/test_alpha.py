@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 import livecl
 from livecl import Options, Rasterizer, vectorize
-from livecl.image.alpha import mse_seen
 from livecl.image.background import background_for, border_color, check_background, target_over
+from livecl.image.errors import mse, visible_mse
 from livecl.image.reading import over_background, premultiplied
-from livecl.layering.metrics import layer_alphas, mse, removal_changes
+from livecl.layering.contributions import layer_alphas, removal_changes
 
 SIDE = 48
 
@@ -101,12 +101,12 @@ def test_a_missing_layer_changes_the_error_as_told(device: int) -> None:
     rasterizer = Rasterizer(drawing.size, device)
     changes = removal_changes(drawing, layer_alphas(drawing, rasterizer), image)
     seen = removal_changes(drawing, layer_alphas(drawing, rasterizer), image, seen=True)
-    error, error_seen = mse(rasterizer.forward(drawing), image), mse_seen(rasterizer.forward(drawing), image)
+    error, visible_error = mse(rasterizer.forward(drawing), image), visible_mse(rasterizer.forward(drawing), image)
     for layer in range(drawing.num_layers):
         without = drawing.layer_subset(np.arange(drawing.num_layers) != layer)
         # Renders are in single precision: about 1e-7 in every pixel, against differences of up to 1.
         assert changes[layer] == pytest.approx(mse(rasterizer.forward(without), image) - error, abs=1e-6)
-        assert seen[layer] == pytest.approx(mse_seen(rasterizer.forward(without), image) - error_seen, abs=1e-6)
+        assert seen[layer] == pytest.approx(visible_mse(rasterizer.forward(without), image) - visible_error, abs=1e-6)
 
 
 RED_BORDER = np.full((6, 7, 3), 0.5, np.float32)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import livecl
 from livecl import Drawing, Options, State, vectorize
-from livecl.layering.metrics import mse
+from livecl.image.errors import mse
 from livecl.run.loop import run
 from livecl.run.stages import Step, Vectorizer
 from livecl.svg import quantize

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from livecl import Options, Rasterizer
 from livecl.drawing.drawing import Drawing
-from livecl.layering.metrics import mse
+from livecl.image.errors import mse
 from livecl.run.result import Result, Stage
 from livecl.svg import quantize
 from support import drawings

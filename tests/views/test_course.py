@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from livecl import LiveclError, Options, Rasterizer, vectorize
 from livecl.drawing.drawing import Drawing
-from livecl.layering.metrics import mse
+from livecl.image.errors import mse
 from livecl.run.result import Result
 from livecl.run.stages import Step
 from livecl.views.course import Course

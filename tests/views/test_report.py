@@ -20,7 +20,7 @@ from support.results import NASTY, result_of, sample, sample_drawing
 from livecl import Rasterizer, read_image
 from livecl.drawing.drawing import empty_drawing
 from livecl.image.background import target_over
-from livecl.layering.metrics import mse
+from livecl.image.errors import mse
 from livecl.run.result import Stage
 from livecl.views.report.markup import number, psnr
 from livecl.views.report.measures import differences, layer_facts, page_size

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from livecl import quality
 from livecl.image.reading import over_background
-from livecl.layering import metrics
 from livecl.rendering.rasterizer import Rasterizer
 from livecl.svg import read_svg
 
@@ -51,24 +51,24 @@ def measure(svg: Path, target: FloatImage, rasterizer: Rasterizer) -> dict[str, 
     if drawing.background is None:
         drawing = drawing.replace(background=np.ones(3))
     independent, own = resvg_picture(data), rasterizer.forward(drawing)
-    layers = dataclasses.asdict(metrics.measure_layers(drawing, target, rasterizer))
+    layers = dataclasses.asdict(quality.measure_layers(drawing, target, rasterizer))
     return {
         "paths": layers.pop("layers"),
         "segments": drawing.num_segments,
-        "parameters": metrics.num_parameters(drawing),
+        "parameters": quality.num_parameters(drawing),
         "bytes": len(data),
         **_closeness(independent, target, ""),
         **_closeness(own, target, "own_"),
-        "renders_mse": metrics.mse(own, independent),
+        "renders_mse": quality.mse(own, independent),
         "renders_max": float(np.abs(own - independent).max()),
         **layers,
     }
 
 
 def _closeness(image: FloatImage, target: FloatImage, prefix: str) -> dict[str, float | None]:
-    ratio = metrics.psnr(image, target)
+    ratio = quality.psnr(image, target)
     return {
-        f"{prefix}mse": metrics.mse(image, target),
+        f"{prefix}mse": quality.mse(image, target),
         f"{prefix}psnr": ratio if math.isfinite(ratio) else None,
-        f"{prefix}ssim": metrics.ssim(image, target),
+        f"{prefix}ssim": quality.ssim(image, target),
     }

@@ -14,7 +14,7 @@ import livecl
 from figures.strip import save_small, shown
 from livecl.geometry import bezier
 from livecl.interpolation.blending import correspond, interpolate
-from livecl.layering.metrics import self_crossing
+from livecl.quality import self_crossing
 
 ROOT = Path(__file__).resolve().parents[2]
 NO_HOLES = functools.partial(livecl.Options, holes=False)

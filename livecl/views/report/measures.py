@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
 from livecl.image.resizing import scaled, working_size
-from livecl.layering import metrics
+from livecl.layering.contributions import layer_alphas, removal_changes, visible_shares
 from livecl.views.report.markup import png_uri
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class LayerFacts:
     Attributes
     ----------
     area : float
-        Pixels that are seen of it: the sum of its share in each pixel's colour, see :func:`metrics.visible_shares`.
+        Pixels that are seen of it: the sum of its share in each pixel's colour, see :func:`visible_shares`.
     area_share : float
         The same as a share of the canvas, 0 to 1.
     removed : float
@@ -73,9 +73,9 @@ def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rast
     if not drawing.num_layers:
         return []
     smaller = scaled(drawing, (target.shape[0], target.shape[1]))
-    alphas = metrics.layer_alphas(smaller, rasterizer)
-    removed = metrics.removal_changes(smaller, alphas, target)
-    shares = metrics.visible_shares(alphas).mean(axis=(1, 2), dtype=np.float64)
+    alphas = layer_alphas(smaller, rasterizer)
+    removed = removal_changes(smaller, alphas, target)
+    shares = visible_shares(alphas).mean(axis=(1, 2), dtype=np.float64)
     elements = re.findall(r"<path\b[^>]*?(?:/>|>.*?</path>)", svg, flags=re.DOTALL)
     area = drawing.size[0] * drawing.size[1]
     return [

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is seen of an error in a picture without background, once it lies over one.
+"""Errors of pictures: the mean squared error, and what is visible of it where there is no background.
 
-Let e be an error of premultiplied RGBA. Over a background b the picture is p + (1 - a) b in each of R, G and B, so of
-the error e_i - e_a b is seen. Of a black and of a white background, the mean of its square is
+Without background, an error is seen once the picture lies over one. Let e be an error of premultiplied RGBA. Over a
+background b the picture is p + (1 - a) b in each of R, G and B, so of the error e_i - e_a b is seen. Of a
+black and of a white background, the mean of its square is
 
     1/2 e_i^2 + 1/2 (e_i - e_a)^2 = (e_i - e_a / 2)^2 + e_a^2 / 4;
 
@@ -16,12 +17,26 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 ALPHA_SEEN = math.sqrt(3) / 2
 
 
-def error_seen(error: NDArray[Any]) -> NDArray[Any]:
+def mse(image: ArrayLike, target: ArrayLike) -> float:
+    """Return the mean over pixels and channels of the squared difference of two pictures (H, W, C) in [0, 1]."""
+    first, second = same_shape(image, target)
+    return float(np.mean(np.square(first - second)))
+
+
+def same_shape(image: ArrayLike, target: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return two pictures as arrays; ValueError unless both are (H, W, C)."""
+    first, second = np.asarray(image, dtype=np.float64), np.asarray(target, dtype=np.float64)
+    if first.shape != second.shape or first.ndim != 3:
+        raise ValueError(f"image: shape {first.shape}, wanted the target's, {second.shape}, (H, W, C)")
+    return first, second
+
+
+def visible_error(error: NDArray[Any]) -> NDArray[Any]:
     """Return the numbers, (..., C), whose squares sum to what is seen of an error (..., C) of RGB or RGBA.
 
     In RGB they are the error itself.
@@ -39,7 +54,7 @@ def unpremultiplied(image: NDArray[Any]) -> NDArray[Any]:
     return np.concatenate([np.clip(color, 0, 1), alpha], axis=-1)
 
 
-def mse_seen(image: NDArray[Any], target: NDArray[Any]) -> float:
+def visible_mse(image: NDArray[Any], target: NDArray[Any]) -> float:
     """Return the mean over pixels, RGB, and black and white backgrounds of the squared difference of two pictures.
 
     Parameters
@@ -47,5 +62,5 @@ def mse_seen(image: NDArray[Any], target: NDArray[Any]) -> float:
     image, target : (H, W, 3) array, or (H, W, 4) premultiplied
         In RGB no background shows, and this is the mean squared error.
     """
-    error = error_seen(np.asarray(image, dtype=np.float64) - np.asarray(target, dtype=np.float64))
+    error = visible_error(np.asarray(image, dtype=np.float64) - np.asarray(target, dtype=np.float64))
     return float(np.mean(np.square(error)) * (error.shape[-1] / 3))

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What each layer of a drawing contributes to the picture.
+
+Layer i's own share of a pixel's final colour is its alpha there (opacity * coverage) times the transmittance, the
+product of (1 - alpha) of all layers above it. A pixel is visible in a layer if that share exceeds one half, so in at
+most one.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.geometry import bezier
+from livecl.image.errors import visible_error
+
+if TYPE_CHECKING:
+    from livecl.rendering.rasterizer import Rasterizer
+
+#: Share of a pixel's final colour beyond which the pixel is visible in a layer.
+VISIBLE_SHARE = 0.5
+
+FloatArray = NDArray[np.float64]
+ShareArray = NDArray[np.float32]
+
+
+def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> ShareArray:
+    """Return opacity times coverage of each layer alone: (N, H, W)."""
+    from livecl.rendering.rasterizer import Rasterizer
+
+    if rasterizer is None:
+        rasterizer = Rasterizer(drawing.size)
+    alphas = rasterizer.coverages(drawing)
+    alphas *= drawing.colors[:, 3, None, None].astype(np.float32)
+    return alphas
+
+
+def composited_colors(drawing: Drawing) -> tuple[FloatArray, FloatArray]:
+    """Return what lies beneath all layers, (C,), and the colours of the layers' paints, (N, C), as they are composited.
+
+    Over a background C is 3. Without one it is 4, premultiplied RGBA: nothing lies beneath, and a paint has alpha 1, as
+    its opacity goes into the layer's alpha.
+    """
+    rgb = drawing.colors[:, :3]
+    if drawing.background is not None:
+        return drawing.background, rgb
+    return np.zeros(4), np.concatenate([rgb, np.ones((drawing.num_layers, 1))], axis=1)
+
+
+def visible_shares(alphas: ShareArray) -> ShareArray:
+    """Return each layer's own share of the final colour, (N, H, W), from the layers' alphas, bottom first.
+
+    ``share_i = alpha_i * prod_{j > i} (1 - alpha_j)``; what is left to 1 is the background's.
+    """
+    shares = np.empty_like(alphas)
+    transmittance = np.ones(alphas.shape[1:], np.float32)
+    for layer in reversed(range(len(alphas))):
+        shares[layer] = alphas[layer] * transmittance
+        transmittance *= 1 - alphas[layer]
+    return shares
+
+
+def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, seen: bool = False) -> FloatArray:
+    """Return by how much the mean squared error rises if one layer is taken away: (N,).
+
+    Without layer i the picture changes by ``share_i * (C_i - c_i)``, where ``C_i`` is the picture of the background and
+    all layers below it, and ``c_i`` its colour. What rises is :func:`livecl.image.errors.visible_mse` with `seen`.
+    """
+    target = checked_target(drawing, target)
+    shares = visible_shares(alphas)
+    windows = [_window(drawing, layer) for layer in range(drawing.num_layers)]
+    ground, colors = composited_colors(drawing)
+    below = np.broadcast_to(ground, target.shape).copy()
+    changes_of_image = []
+    for layer, window in enumerate(windows):
+        missing = below[window] - colors[layer]
+        changes_of_image.append((shares[layer][window][..., None] * missing).astype(np.float32))
+        below[window] -= alphas[layer][window][..., None] * missing
+    error, size = below - target, target.size
+    if seen:
+        changes_of_image = [visible_error(change) for change in changes_of_image]
+        error, size = visible_error(error), 3 * target[..., 0].size
+    return np.array(
+        [
+            float(np.sum(change * (2 * error[window] + change))) / size
+            for window, change in zip(windows, changes_of_image, strict=True)
+        ]
+    )
+
+
+def _window(drawing: Drawing, layer: int) -> tuple[slice, slice]:
+    """Rows and columns of the pixels that a layer can cover."""
+    first, end = drawing.segment_offsets[layer : layer + 2]
+    height, width = drawing.size
+    following = drawing.next_segments[first:end]
+    hull = np.concatenate([drawing.points[first:end].reshape(-1, 2), drawing.points[following, 0]])
+    x0, y0, x1, y1 = bezier.hull_bounds(hull)
+    rows = slice(int(np.clip(np.floor(y0), 0, height)), int(np.clip(np.ceil(y1), 0, height)))
+    return rows, slice(int(np.clip(np.floor(x0), 0, width)), int(np.clip(np.ceil(x1), 0, width)))
+
+
+def checked_target(drawing: Drawing, target: ArrayLike) -> FloatArray:
+    """Return a picture that is as large as a drawing and has its channels; ValueError for others."""
+    array = np.asarray(target, dtype=np.float64)
+    wanted = (*drawing.size, 4 if drawing.background is None else 3)
+    if array.shape != wanted:
+        raise ValueError(f"target: shape {array.shape}, wanted {wanted}")
+    return array

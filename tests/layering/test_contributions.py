@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Shares of layers in the picture, and what taking one away changes, against rendered pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+from support import drawings
+from support.drawings import rectangle
+
+from livecl.drawing.drawing import Drawing
+from livecl.image.errors import mse
+from livecl.layering.contributions import layer_alphas, removal_changes, visible_shares
+from livecl.rendering.rasterizer import render
+
+SIZE = (12, 16)
+EPS = float(np.finfo(np.float32).eps)
+RED, BLUE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)
+
+
+def drawn(*layers: tuple[drawings.Path, ArrayLike], background: ArrayLike | None = (1.0, 1.0, 1.0)) -> Drawing:
+    return drawings.build([([path], color) for path, color in layers], SIZE, background)
+
+
+def opacity(color: tuple[float, ...], alpha: float) -> tuple[float, ...]:
+    return (*color[:3], alpha)
+
+
+def test_shares_of_stacked_glass() -> None:
+    drawing = drawn((rectangle(0, 0, 8, 12), opacity(RED, 0.5)), (rectangle(4, 0, 16, 12), opacity(BLUE, 0.75)))
+    shares = visible_shares(layer_alphas(drawing))
+    assert shares[:, 0, 2] == pytest.approx([0.5, 0])
+    assert shares[:, 0, 6] == pytest.approx([0.5 * 0.25, 0.75])
+    assert shares[:, 0, 12] == pytest.approx([0, 0.75])
+
+
+def test_shares_make_up_the_picture() -> None:
+    drawing = drawings.CASES["translucent"]().drawing
+    shares = visible_shares(layer_alphas(drawing))
+    rest = 1 - shares.sum(axis=0)
+    image = np.einsum("nhw,nc->hwc", shares, drawing.colors[:, :3]) + rest[..., None] * drawing.background
+    # Sums of at most 10 terms of size 1 in single precision, made in two orders.
+    assert image == pytest.approx(render(drawing), abs=20 * EPS)
+
+
+def test_removal_changes_are_those_of_the_rendered_pictures() -> None:
+    drawing = drawings.CASES["tangles"]().drawing
+    target = np.random.default_rng(0).uniform(size=(*drawing.size, 3))
+    found = removal_changes(drawing, layer_alphas(drawing), target)
+    layers = np.arange(drawing.num_layers)
+    error = mse(render(drawing), target)
+    without = [mse(render(drawing.layer_subset(layers != layer)), target) for layer in layers]
+    # Means of squares of float32 colours, each off by a few eps.
+    assert found == pytest.approx(np.array(without) - error, abs=20 * EPS)
+    assert len(found) > 1
+
+
+def test_removal_changes_of_hidden_and_outside_layers_are_zero() -> None:
+    drawing = drawn(
+        (rectangle(4, 4, 8, 8), BLUE),
+        (rectangle(2, 2, 10, 10), RED),
+        (rectangle(-9, -9, -2, -2), RED),
+        (rectangle(20, 2, 30, 9), RED),
+    )
+    changes = removal_changes(drawing, layer_alphas(drawing), render(drawing))
+    assert changes[[0, 2, 3]] == pytest.approx(0, abs=1e-12)
+    assert changes[1] > 0.1
