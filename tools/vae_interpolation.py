@@ -18,22 +18,22 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from animations.curve import plot_training
-from animations.inputs import (
+from figures.curve import plot_training
+from tqdm import tqdm
+
+import livecl
+from livecl.cli.animations import GAP, GAP_LEVEL, side_by_side
+from livecl.cli.common import (
     BadInputError,
     Parser,
     add_method_arguments,
     check_device,
+    inform,
     method,
     read_input,
     run,
-    say,
     whole,
 )
-from animations.outputs import GAP, GAP_LEVEL, side_by_side
-from tqdm import tqdm
-
-import livecl
 from livecl.files import write_atomically
 from livecl.image.reading import save_image
 from livecl.run.sequences import SequenceResult, vectorize_sequence
@@ -64,7 +64,7 @@ exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interr
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
-    return run(work, argv)
+    return run("vae_interpolation", work, argv)
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -120,7 +120,7 @@ def work(argv: Sequence[str] | None) -> None:
         write_curve(training, arguments)
     decoded = model.decode(model.encode(held_out.images)[0])
     error = np.square(decoded - held_out.images).mean()
-    say(f"{len(held_out)} digits not trained on: MSE {error:.2e} of the model's pictures", arguments)
+    inform(f"{len(held_out)} digits not trained on: MSE {error:.2e} of the model's pictures", arguments)
     make_strip(enlarged(interpolate_latents(model, *ends, arguments.frames), arguments.size), arguments)
     grid = latent_grid(model, corners, arguments.grid, arguments.grid)
     make_grid([enlarged(row, arguments.size) for row in grid], arguments)
@@ -156,7 +156,7 @@ def train(digits: Digits, arguments: argparse.Namespace) -> Training:
     with tqdm(total=steps, desc="training", disable=True if arguments.quiet else None, leave=False) as bar:
         training = train_vae(digits.images, steps=steps, seed=arguments.seed, callback=lambda *_: bar.update())
     seconds, nats = time.perf_counter() - start, training.losses[-100:].sum(axis=1).mean()
-    say(f"training: {len(digits)} digits, {steps} steps, {nats:.1f} nats a picture, {seconds:.1f} s", arguments)
+    inform(f"training: {len(digits)} digits, {steps} steps, {nats:.1f} nats a picture, {seconds:.1f} s", arguments)
     return training
 
 
@@ -167,7 +167,7 @@ def write_curve(training: Training, arguments: argparse.Namespace) -> None:
     try:
         plot_training(training.losses, arguments.output / "vae-loss.png")
     except ImportError:
-        say("no plot of the loss without matplotlib: pip install 'livecl[plots]'", arguments)
+        inform("no plot of the loss without matplotlib: pip install 'livecl[plots]'", arguments)
 
 
 def enlarged(pictures: np.ndarray, size: int) -> list[np.ndarray]:
@@ -219,7 +219,7 @@ def vectorized(
             seed=arguments.seed,
             start=start,
         )
-    say(
+    inform(
         f"{name}: {len(pictures)} drawings of {result.drawings[0].num_layers} layers, MSE {np.mean(result.mse):.1e} "
         f"(mean), {sum(result.seconds):.1f} s",
         arguments,

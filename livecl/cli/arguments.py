@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any, NoReturn
+from typing import Any
 
+from livecl.cli.common import Parser, number, whole
 from livecl.cli.config import read_config
 from livecl.cli.method import add_method
 from livecl.cli.outputs import OUTPUTS
@@ -32,24 +32,6 @@ environment: LIVECL_DEVICE chooses the OpenCL device as --device does.
 exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted (Ctrl-C), 143 terminated.
 An existing output file is replaced only when the new one is complete.
 """
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line, without the usage text.
-
-    Attributes
-    ----------
-    settings : dict
-        The arguments that a file of options may set, by key.
-    """
-
-    def __init__(self, **arguments: Any) -> None:
-        super().__init__(**arguments)
-        self.settings: dict[str, argparse.Action] = {}
-
-    def error(self, message: str) -> NoReturn:
-        """Raise ValueError, in place of ending the process."""
-        raise ValueError(f"{message} (see --help)")
 
 
 def parse_arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
@@ -205,7 +187,7 @@ def _add_running(add: Adder) -> None:
     )
     add(
         "--time-limit",
-        type=_seconds,
+        type=number(0, " of seconds"),
         metavar="SECONDS",
         help="end with the best drawing so far when a picture has taken so long",
     )
@@ -222,36 +204,11 @@ def _add_checkpoint(add: Adder) -> None:
     add("--no-checkpoint", dest="checkpoint", action="store_false", help="save no checkpoints")
     add(
         "--checkpoint-period",
-        type=_seconds,
+        type=number(0, " of seconds"),
         metavar="SECONDS",
         help="least time between two checkpoints (default: 5, and a hundred times what writing one takes)",
     )
     add("--resume", action="store_true", help="go on from the checkpoint of the same command, if there is one")
-
-
-def whole(least: int) -> Callable[[str], int]:
-    """Return a converter of text to whole numbers that are not below some least one."""
-
-    def convert(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            value = least - 1
-        if value < least:
-            raise argparse.ArgumentTypeError(f"got {text!r}, wanted a whole number of at least {least}")
-        return value
-
-    return convert
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"got {text!r}, wanted a number of seconds")
-    return value
 
 
 def _paths(text: str) -> int | str:

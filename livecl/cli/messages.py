@@ -21,9 +21,9 @@ def say(message: str) -> None:
     tqdm.write(message, file=sys.stderr)
 
 
-def complain(message: str) -> None:
+def complain(message: str, command: str = "livecl") -> None:
     """Write the line that says why the work could not be done."""
-    say(f"livecl: error: {readable(message)}")
+    say(f"{command}: error: {readable(message)}")
 
 
 def write_standard(data: bytes) -> None:

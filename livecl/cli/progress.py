@@ -6,7 +6,8 @@ from __future__ import annotations
 import logging
 import shutil
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 MSE_INTERVAL = 0.5
 
 _log = logging.getLogger(__name__)
+
+T = TypeVar("T")
 
 
 class _Progress:
@@ -101,8 +104,8 @@ class FilmProgress(_Progress):
         self._bar.update(done - self._bar.n)
 
 
-class BatchProgress(_Progress):
-    """A progress bar over the pictures of a batch.
+class PictureProgress(_Progress):
+    """A progress bar over pictures that are taken one after the other.
 
     Parameters
     ----------
@@ -114,6 +117,27 @@ class BatchProgress(_Progress):
 
     def __init__(self, total: int, *, quiet: bool) -> None:
         super().__init__(total, "picture", quiet=quiet)
+
+    def counted(self, images: Iterable[T]) -> Iterator[T]:
+        """Yield pictures, each counted once it has been worked on."""
+        for image in images:
+            yield image
+            self._bar.update()
+
+
+class BatchProgress(PictureProgress):
+    """A progress bar over the pictures of a batch.
+
+    Parameters
+    ----------
+    total : int
+        Number of pictures.
+    quiet : bool
+        Show none.
+    """
+
+    def __init__(self, total: int, *, quiet: bool) -> None:
+        super().__init__(total, quiet=quiet)
         self._failed = 0
 
     def show(self, outcome: Outcome) -> None:

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import importlib
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from support.documents import DOCUMENTS, ROOT, RUN, Block, Clone, blocks, commands, prose
+from support.documents import COMMANDS, DOCUMENTS, ROOT, RUN, Block, Clone, blocks, commands, prose
 
 import livecl
 from livecl import read_image
@@ -60,8 +61,8 @@ def test_blocks_have_a_known_language() -> None:
 @functools.cache
 def help_of(tool: str) -> str:
     """Return what a command says of its options."""
-    if tool == "livecl":
-        return build_parser().format_help()
+    if tool in COMMANDS:
+        return importlib.import_module(COMMANDS[tool]).build_parser().format_help()
     done = subprocess.run(
         [sys.executable, ROOT / tool, "--help"], capture_output=True, text=True, timeout=60, check=True
     )
@@ -74,8 +75,8 @@ def test_options_in_commands_exist(name: str) -> None:
     for block in runnable(name):
         for words in commands(block.code) if block.language == "sh" else ():
             for place, word in enumerate(words):
-                if word == "livecl" or word.endswith("/livecl"):
-                    tool = "livecl"
+                if (command := word.rpartition("/")[2]) in COMMANDS:
+                    tool = command
                 elif re.fullmatch(r"tools/\w+\.py", word):
                     tool = word if word != "tools/vectorize.py" else "livecl"
                 else:

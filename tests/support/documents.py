@@ -20,6 +20,12 @@ DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs
 RUN = ("sh", "python")
 #: What a clone has that the commands use.
 PARTS = ("examples", "livecl", "kernels", "tools", "docs")
+#: Commands that the package installs, and the modules whose `main` they call.
+COMMANDS = {
+    "livecl": "livecl.cli.command",
+    "livecl-interpolate": "livecl.cli.interpolate",
+    "livecl-sequence": "livecl.cli.sequence",
+}
 #: The comment above a block that says why it is not run.
 NOT_RUN = re.compile(r"^\s*<!-- not run: (.+) -->\s*$")
 #: Longest time of a block, s.
@@ -78,8 +84,13 @@ def commands(code: str) -> Iterator[list[str]]:
                 words.append(word)
 
 
+def start(command: str) -> str:
+    """Return the words after `python` that start an installed command."""
+    return f"-c {shlex.quote(f'import sys; from {COMMANDS[command]} import main; sys.exit(main())')}"
+
+
 class Clone:
-    """A folder with what a clone has, and `livecl`, `python` and `python3` as in an environment that is activated."""
+    """A folder with what a clone has, and its commands and `python` as in an environment that is activated."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder / "clone"
@@ -87,7 +98,7 @@ class Clone:
             shutil.copytree(ROOT / part, self.folder / part, ignore=shutil.ignore_patterns("__pycache__"))
         bin_folder = folder / "bin"
         bin_folder.mkdir()
-        for name, words in (("livecl", "-m livecl"), ("python", ""), ("python3", "")):
+        for name, words in (("python", ""), ("python3", ""), *((name, start(name)) for name in COMMANDS)):
             script = bin_folder / name
             script.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {words} "$@"\n')
             script.chmod(0o755)

@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tools that interpolate, vectorize sequences and compare: what they write, and what they refuse."""
+"""The commands that interpolate and vectorize sequences: what they write, and what they refuse."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import interpolate as interpolate_tool
 import numpy as np
 import pytest
-import vectorize_sequence
-from animations.strokes import DIGITS, HEIGHT, PEN, draw_frames
-from figures import blending
 from PIL import Image
 from support.drawings import BLUE, GREEN, RED, build, circle, rectangle
+from support.strokes import DIGITS, HEIGHT, PEN, draw_frames
 
 import livecl
+from livecl.cli import interpolate as interpolation
+from livecl.cli import sequence
 from livecl.image.reading import save_image
 from livecl.interpolation.blending import interpolate
 from livecl.svg import format_svg, quantize
@@ -40,17 +39,18 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     """Return the line that the interpolation is refused with, nothing being written."""
     before = sorted(Path().iterdir())
-    assert interpolate_tool.main(arguments) == 2
+    assert interpolation.main(arguments) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.endswith("\n")
     assert captured.err.count("\n") == 1
     assert sorted(Path().iterdir()) == before
+    assert captured.err.startswith("livecl-interpolate: error: ")
     return captured.err
 
 
 def test_folder_of_svgs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert interpolate_tool.main(["a.svg", "b.svg", "--frames", "3", "-o", "out"]) == 0
+    assert interpolation.main(["a.svg", "b.svg", "--frames", "3", "-o", "out"]) == 0
     files = sorted((folder / "out").iterdir())
     ends = livecl.read_svg("a.svg"), livecl.read_svg("b.svg")
     assert [file.name for file in files] == ["frame-01.svg", "frame-02.svg", "frame-03.svg"]
@@ -60,7 +60,7 @@ def test_folder_of_svgs(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_animated_svg(folder: Path) -> None:
-    assert interpolate_tool.main(["a.svg", "b.svg", "-o", "out.svg", "-q", "--seconds", "3", "--one-way"]) == 0
+    assert interpolation.main(["a.svg", "b.svg", "-o", "out.svg", "-q", "--seconds", "3", "--one-way"]) == 0
     text = (folder / "out.svg").read_text(encoding="utf-8")
     assert text.count("<animate ") == 3  # the disc's shape and colour, the rectangle's shape
     assert 'dur="4s"' in text  # and half a second at either end
@@ -68,15 +68,15 @@ def test_animated_svg(folder: Path) -> None:
 
 def test_gif_and_strip(folder: Path) -> None:
     arguments = ["a.svg", "b.svg", "--frames", "4", "--scale", "0.5"]
-    assert interpolate_tool.main([*arguments, "-o", "out.gif"]) == 0
+    assert interpolation.main([*arguments, "-o", "out.gif"]) == 0
     with Image.open("out.gif") as image:
         assert (image.size, image.n_frames) == ((20, 16), 6)  # two of them on the way back
-    assert interpolate_tool.main([*arguments, "-o", "out.png"]) == 0
+    assert interpolation.main([*arguments, "-o", "out.png"]) == 0
     assert livecl.read_image("out.png").shape == (16, 4 * 20 + 3 * 2, 3)
 
 
 def test_options_reach_the_method(folder: Path) -> None:
-    assert interpolate_tool.main(["a.svg", "b.svg", "-o", "out.svg", "--match", "nearest", "--lone", "grow"]) == 0
+    assert interpolation.main(["a.svg", "b.svg", "-o", "out.svg", "--match", "nearest", "--lone", "grow"]) == 0
     # The rectangles are paired; the discs differ too much in colour, so one shrinks and the other grows.
     text = (folder / "out.svg").read_text(encoding="utf-8")
     assert text.count("<path ") == 3
@@ -84,7 +84,7 @@ def test_options_reach_the_method(folder: Path) -> None:
 
 
 def test_pictures_are_vectorized(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert interpolate_tool.main(["a.png", "b.svg", "-o", "out.svg", *SHORT]) == 0
+    assert interpolation.main(["a.png", "b.svg", "-o", "out.svg", *SHORT]) == 0
     err = capsys.readouterr().err
     assert "a.png: " in err
     assert "b.svg: " not in err
@@ -92,7 +92,7 @@ def test_pictures_are_vectorized(folder: Path, capsys: pytest.CaptureFixture[str
 
 def test_other_canvas_is_scaled(folder: Path) -> None:
     B.replace(size=(64, 80), points=2 * B.points).save_svg("large.svg")
-    assert interpolate_tool.main(["a.svg", "large.svg", "--frames", "2", "-o", "out"]) == 0
+    assert interpolation.main(["a.svg", "large.svg", "--frames", "2", "-o", "out"]) == 0
     np.testing.assert_allclose(livecl.read_svg("out/frame-02.svg").points, interpolate(A, B, 1).points, atol=1e-3)
 
 
@@ -121,11 +121,11 @@ def test_sequence(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "frames").mkdir()
     for index, image in enumerate(draw_frames("2", "3", 3, side=32)):
         save_image(f"frames/{index}.png", image)
-    assert vectorize_sequence.main(["frames", "-o", "out", "--refine-iterations", "5", *SHORT]) == 0
+    assert sequence.main(["frames", "-o", "out", "--refine-iterations", "5", *SHORT]) == 0
     drawings = [livecl.read_svg(f"out/frame-{number:02}.svg") for number in (1, 2, 3)]
     assert len({drawing.num_segments for drawing in drawings}) == 1
     assert "out: 3 drawings of" in capsys.readouterr().err
-    assert vectorize_sequence.main(["frames/0.png", "frames/2.png", "-q", "-o", "out.svg", *SHORT]) == 0
+    assert sequence.main(["frames/0.png", "frames/2.png", "-q", "-o", "out.svg", *SHORT]) == 0
     assert "<animate " in (folder / "out.svg").read_text(encoding="utf-8")
     assert capsys.readouterr() == ("", "")
 
@@ -138,19 +138,8 @@ def test_sequence_refusals(folder: Path, capsys: pytest.CaptureFixture[str]) -> 
         ("other.png: is of (8, 8) px, wanted (32, 40) as a.png", ["a.png", "other.png"]),
         ("none.png: there is no such file", ["none.png"]),
     ):
-        assert vectorize_sequence.main([*frames, "-o", "out.svg"]) == 2
+        assert sequence.main([*frames, "-o", "out.svg"]) == 2
         assert message in capsys.readouterr().err
-
-
-def test_orderness_measures() -> None:
-    a, b = build([([circle((16, 16), 4)], RED)], SIZE), build([([circle((22, 16), 8)], GREEN)], SIZE)
-    drawings = interpolate(a, b, [0, 0.5, 1])
-    stray, at_ends, between, moved, fill = blending.measure(a, b, drawings)
-    # Areas of radii 4, 6 and 8: 36 in place of the mean of 16 and 64.
-    assert stray == pytest.approx(4 / 40)
-    assert (at_ends, between) == (0, 0)
-    assert moved > 6
-    assert fill == pytest.approx(np.abs(np.subtract(RED, GREEN))[:3].mean())
 
 
 def test_digits_are_pen_strokes() -> None:

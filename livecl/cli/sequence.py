@@ -1,36 +1,37 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Vectorize pictures that follow each other: each drawing starts from the one before, so layers keep their identity."""
+"""The command ``livecl-sequence``: pictures that follow each other, each drawing started from the one before."""
 
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from animations.inputs import (
+import livecl
+from livecl.cli.animations import add_output_arguments, check_output, write_drawings
+from livecl.cli.common import (
     BadInputError,
     Parser,
     add_method_arguments,
     check_device,
+    inform,
     method,
     read_input,
     run,
-    say,
     whole,
 )
-from animations.outputs import add_output_arguments, check_output, write_drawings
-from tqdm import tqdm
-
-import livecl
+from livecl.cli.progress import PictureProgress
 from livecl.run.sequences import vectorize_sequence
 
 SUFFIXES = {".png", ".jpg", ".jpeg", ".webp", ".gif", ".bmp", ".tif", ".tiff"}
+COMMAND = "livecl-sequence"
+DESCRIPTION = """\
+Vectorize pictures that follow each other: each drawing starts from the one before, so layers keep their identity.
+"""
 EPILOG = """\
 examples:
-  vectorize_sequence.py frames/*.png --paths 4 -o out.svg
-  vectorize_sequence.py frames --refine-iterations 100 -o drawings
+  livecl-sequence frames/*.png --paths 4 -o out.svg
+  livecl-sequence frames --refine-iterations 100 -o drawings
 
 exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted.
 """
@@ -38,13 +39,17 @@ exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interr
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
-    return run(work, argv)
+    return run(COMMAND, work, argv)
 
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     parser = Parser(
-        description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
+        prog=COMMAND,
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
     )
     parser.add_argument(
         "frames", nargs="+", type=Path, metavar="FRAMES", help="pictures of one size, in order, or folders of them"
@@ -78,9 +83,9 @@ def work(argv: Sequence[str] | None) -> None:
         if image.shape[:2] != images[0].shape[:2]:
             raise BadInputError(f"{path}: is of {image.shape[:2]} px, wanted {images[0].shape[:2]} as {paths[0]}")
     options, schedule = method(arguments)
-    with tqdm(images, unit="picture", disable=True if arguments.quiet else None, leave=False) as bar:
+    with PictureProgress(len(images), quiet=arguments.quiet) as progress:
         result = vectorize_sequence(
-            bar,
+            progress.counted(images),
             paths=arguments.paths,
             schedule=schedule,
             options=options,
@@ -90,7 +95,7 @@ def work(argv: Sequence[str] | None) -> None:
             seed=arguments.seed,
         )
     write_drawings(arguments.output, result.drawings, arguments)
-    say(
+    inform(
         f"{arguments.output}: {len(paths)} drawings of {result.drawings[0].num_layers} layers, "
         f"MSE {max(result.mse):.3g} at most, {sum(result.seconds):.1f} s",
         arguments,
@@ -105,7 +110,3 @@ def pictures_of(path: Path) -> list[Path]:
     if not pictures:
         raise BadInputError(f"{path}: holds no pictures")
     return pictures
-
-
-if __name__ == "__main__":
-    sys.exit(main())

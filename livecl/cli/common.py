@@ -1,54 +1,65 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments, and drawings from SVGs and pictures."""
+"""What the commands share: a parser, kinds of arguments, input that is refused in one line, exit codes."""
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
 import math
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
-
-import numpy as np
-from tqdm import tqdm
+from typing import Any, NoReturn, TypeVar
 
 import livecl
-from livecl.opencl.device import choose_device
+from livecl.cli.messages import complain, say
 from livecl.options import PRESETS
 from livecl.schedule import DEFAULT_PATHS
-from livecl.views.frames import render_frames
 
-#: Exit codes, beside 0.
+#: Exit codes, beside 0: failed while working, bad arguments or input, interrupted by Ctrl-C.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
+T = TypeVar("T")
 
-class BadInputError(Exception):
+
+class BadInputError(ValueError):
     """What is asked for cannot be done; the message is one line for the user."""
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line, without the usage text."""
+    """A parser whose errors are one line, without the usage text.
+
+    Attributes
+    ----------
+    settings : dict
+        The arguments that a file of options may set, by key.
+    """
+
+    def __init__(self, **arguments: Any) -> None:
+        super().__init__(**arguments)
+        self.settings: dict[str, argparse.Action] = {}
 
     def error(self, message: str) -> NoReturn:
-        """Raise what `run` reports."""
+        """Raise BadInputError, in place of ending the process."""
         raise BadInputError(f"{message} (see --help)")
 
 
 def whole(least: int) -> Callable[[str], int]:
-    """Return a converter of arguments to whole numbers."""
+    """Return a converter of text to whole numbers that are not below some least one."""
 
     def convert(text: str) -> int:
-        if not text.isascii() or not text.isdigit() or int(text) < least:
+        try:
+            value = int(text)
+        except ValueError:
+            value = least - 1
+        if value < least:
             raise argparse.ArgumentTypeError(f"got {text!r}, wanted a whole number of at least {least}")
-        return int(text)
+        return value
 
     return convert
 
 
-def number(least: float) -> Callable[[str], float]:
-    """Return a converter of arguments to numbers."""
+def number(least: float, unit: str = "") -> Callable[[str], float]:
+    """Return a converter of text to finite numbers that are not below some least one."""
 
     def convert(text: str) -> float:
         try:
@@ -56,7 +67,7 @@ def number(least: float) -> Callable[[str], float]:
         except ValueError:
             value = math.nan
         if not (math.isfinite(value) and value >= least):
-            raise argparse.ArgumentTypeError(f"got {text!r}, wanted a number of at least {least:g}")
+            raise argparse.ArgumentTypeError(f"got {text!r}, wanted a number{unit} of at least {least:g}")
         return value
 
     return convert
@@ -78,30 +89,20 @@ def add_method_arguments(parser: argparse.ArgumentParser) -> None:
 def method(arguments: argparse.Namespace) -> tuple[livecl.Options, str | None]:
     """Return the options of the method that the arguments name, and its schedule."""
     changes = {} if arguments.iterations is None else {"iterations": arguments.iterations}
-    return PRESETS[arguments.preset](**changes), str(arguments.paths) if arguments.preset == "diffvg" else None
-
-
-def is_svg(path: Path) -> bool:
-    """Return whether a file is read as an SVG; all others are pictures."""
-    return path.suffix.lower() == ".svg"
-
-
-def read_picture(path: Path, device: str | None) -> np.ndarray:
-    """Read a picture, or render an SVG at its own size: (H, W, 3 or 4), straight."""
-    if not is_svg(path):
-        return read_input(livecl.read_image, path)
-    drawing = read_input(livecl.read_svg, path)
-    return next(render_frames([drawing], device=device))
+    schedule = str(arguments.paths) if arguments.preset == "diffvg" else None
+    return livecl.Options.preset(arguments.preset, **changes), schedule
 
 
 def read_drawing(path: Path, arguments: argparse.Namespace) -> livecl.Drawing:
     """Read an SVG, or vectorize a picture, each thing in it as a layer of its own."""
-    if is_svg(path):
+    from livecl.cli.progress import RunProgress
+
+    if path.suffix.lower() == ".svg":
         return read_input(livecl.read_svg, path)
     image = read_input(livecl.read_image, path)
     options, schedule = method(arguments)
     options = dataclasses.replace(options, holes=False)  # a hole shows what lies below: two things in one layer
-    with tqdm(desc=path.name, unit="it", disable=True if arguments.quiet else None, leave=False) as bar:
+    with RunProgress(options.revisions, quiet=arguments.quiet) as progress:
         result = livecl.vectorize(
             image,
             paths=arguments.paths,
@@ -109,19 +110,21 @@ def read_drawing(path: Path, arguments: argparse.Namespace) -> livecl.Drawing:
             options=options,
             device=arguments.device,
             seed=arguments.seed,
-            on_step=lambda _: bool(bar.update(1) and False),
+            on_step=progress.show,
         )
-    say(f"{path}: {result.drawing.num_layers} paths, MSE {result.mse:.3g}, {result.seconds:.1f} s", arguments)
+    inform(f"{path}: {result.drawing.num_layers} paths, MSE {result.mse:.3g}, {result.seconds:.1f} s", arguments)
     return result.drawing
 
 
 def check_device(arguments: argparse.Namespace) -> None:
     """Refuse a device that there is not."""
+    from livecl.opencl.device import choose_device
+
     if arguments.device is not None:
         read_input(choose_device, arguments.device)
 
 
-def read_input(read: Callable[[Any], Any], source: Any) -> Any:
+def read_input(read: Callable[[Any], T], source: Any) -> T:
     """Read what the user has named; what is wrong with it is bad input."""
     try:
         return read(source)
@@ -129,14 +132,14 @@ def read_input(read: Callable[[Any], Any], source: Any) -> Any:
         raise BadInputError(str(error)) from error
 
 
-def say(message: str, arguments: argparse.Namespace) -> None:
+def inform(message: str, arguments: argparse.Namespace) -> None:
     """Tell the user, unless told to be quiet."""
     if not arguments.quiet:
-        print(message, file=sys.stderr)
+        say(message)
 
 
-def run(work: Callable[[Sequence[str] | None], None], argv: Sequence[str] | None) -> int:
-    """Do a tool's work and return its exit code; what goes wrong is told in one line."""
+def run(command: str, work: Callable[[Sequence[str] | None], None], argv: Sequence[str] | None) -> int:
+    """Do a command's work and return its exit code; what goes wrong is told in one line."""
     try:
         work(argv)
     except BadInputError as error:
@@ -147,5 +150,5 @@ def run(work: Callable[[Sequence[str] | None], None], argv: Sequence[str] | None
         code, message = FAILED, str(error) or type(error).__name__
     else:
         return 0
-    print(f"{Path(sys.argv[0]).stem}: error: {' '.join(message.split())}", file=sys.stderr)
+    complain(message, command)
     return code

@@ -9,9 +9,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 import livecl
-from animations.inputs import BadInputError, number
+from livecl.cli.common import BadInputError, number
 from livecl.image.reading import save_image
 from livecl.svg.animated import save_animated_svg
 from livecl.views.films import SHORTEST_FRAME, save_gif
@@ -84,7 +85,7 @@ def write_drawings(output: Path, drawings: Sequence[livecl.Drawing], arguments: 
             drawing.save_svg(output / f"frame-{index:0{digits}}.svg")
 
 
-def side_by_side(pictures: Sequence[np.ndarray]) -> np.ndarray:
+def side_by_side(pictures: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
     """Return pictures (H, W, 3) in a row, with a grey line between each and the next."""
     line = np.full((pictures[0].shape[0], GAP, 3), GAP_LEVEL, np.float32)
     return np.concatenate([part for picture in pictures for part in (line, picture)][1:], axis=1)

@@ -1,31 +1,41 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Interpolate between two drawings: SVGs, or pictures that are vectorized first.
-
-Control points and colours of the layers that belong together are interpolated linearly. B is scaled to the canvas of A
-where they differ.
-"""
+"""The command ``livecl-interpolate``: drawings between two, which are SVGs, or pictures that are vectorized first."""
 
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
-from animations.inputs import BadInputError, Parser, add_method_arguments, check_device, read_drawing, run, say, whole
-from animations.outputs import add_output_arguments, check_output, write_drawings
 
 import livecl
+from livecl.cli.animations import add_output_arguments, check_output, write_drawings
+from livecl.cli.common import (
+    BadInputError,
+    Parser,
+    add_method_arguments,
+    check_device,
+    inform,
+    read_drawing,
+    run,
+    whole,
+)
 from livecl.interpolation.blending import Lone, fit_canvas
 from livecl.interpolation.matching import Match
 
+COMMAND = "livecl-interpolate"
+DESCRIPTION = """\
+Interpolate between two drawings: SVGs, or pictures that are vectorized first.
+
+Control points and colours of the layers that belong together are interpolated linearly. B is scaled to the canvas of A
+where they differ.
+"""
 EPILOG = """\
 examples:
-  interpolate.py a.svg b.svg --frames 9 -o strip.png
-  interpolate.py examples/face.png examples/portrait.png --match nearest -o face.svg
+  livecl-interpolate a.svg b.svg --frames 9 -o strip.png
+  livecl-interpolate face.png portrait.png --match nearest -o face.svg
 
 exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interrupted.
 """
@@ -33,13 +43,17 @@ exit codes: 0 done, 1 failed while working, 2 bad arguments or input, 130 interr
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
-    return run(work, argv)
+    return run(COMMAND, work, argv)
 
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     parser = Parser(
-        description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
+        prog=COMMAND,
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
     )
     parser.add_argument("a", type=Path, metavar="A", help="where it begins: an SVG, or a picture")
     parser.add_argument("b", type=Path, metavar="B", help="where it ends")
@@ -75,8 +89,4 @@ def work(argv: Sequence[str] | None) -> None:
     except ValueError as error:
         raise BadInputError(str(error)) from error
     write_drawings(arguments.output, drawings, arguments)
-    say(f"{arguments.output}: {len(drawings)} drawings of {drawings[0].num_layers} layers", arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    inform(f"{arguments.output}: {len(drawings)} drawings of {drawings[0].num_layers} layers", arguments)
