@@ -12,18 +12,16 @@ import os
 from collections.abc import Sequence
 
 from livecl.cli.arguments import build_parser, parse_arguments
+from livecl.cli.common import BAD_INPUT, FAILED
 from livecl.cli.config import format_config
 from livecl.cli.folder import run_batch
 from livecl.cli.interrupts import Interrupted, Interrupts
 from livecl.cli.messages import complain, messages, write_standard
-from livecl.cli.picture import FAILED, run_job
+from livecl.cli.picture import run_job
 from livecl.cli.request import BatchJob, Job, checked, recipe_of, settings_of
 from livecl.errors import CheckpointError, LiveclError
 
 __all__ = ["build_parser", "main"]
-
-#: Exit code of arguments or input that cannot be worked with.
-BAD_INPUT = 2
 
 
 def main(argv: Sequence[str] | None = None) -> int:

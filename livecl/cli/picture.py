@@ -9,12 +9,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from livecl.cli.control import beginning, going_on
+from livecl.cli.common import FAILED
 from livecl.cli.interrupts import Interrupted, Interrupts
 from livecl.cli.messages import complain, say
 from livecl.cli.outputs import STANDARD, Finished, Output, write_svg
 from livecl.cli.progress import RunProgress
-from livecl.cli.request import Job
+from livecl.cli.request import Job, beginning, going_on
 from livecl.errors import LiveclError
 from livecl.files import remove_leftovers, write_atomically
 from livecl.image.resizing import DETAIL_IS_LOST, detail_lost, working_size
@@ -22,8 +22,6 @@ from livecl.run.checkpoint import discard_checkpoint
 from livecl.run.recipe import Recipe
 from livecl.run.result import Result, RunError
 
-#: Exit code of what went wrong while working.
-FAILED = 1
 #: Seconds from which on the summary tells how long an output took.
 SLOW_OUTPUT = 1.0
 #: Mean squared error from which on a drawing is far from its picture: faces that lack a feature have 0.001 to 0.003, a

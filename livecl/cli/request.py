@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,12 +16,12 @@ from numpy.typing import NDArray
 
 from livecl.batch.batch import Batch
 from livecl.batch.inputs import is_pattern
-from livecl.cli.control import control_of, going_on
 from livecl.cli.method import given_options
 from livecl.cli.outputs import OUTPUTS, STANDARD, Output, check_outputs
 from livecl.drawing.drawing import Drawing, empty_drawing
 from livecl.image.reading import read_image
 from livecl.options import PRESET_PATHS
+from livecl.run.checkpoint import is_checkpoint
 from livecl.run.control import Control
 from livecl.run.recipe import Recipe
 from livecl.schedule import DEFAULT_PATHS
@@ -91,7 +92,7 @@ def checked(arguments: argparse.Namespace) -> Job | BatchJob:
     image = _checked_image(source)
     chosen = [(kind, Path(path)) for kind in OUTPUTS if (path := getattr(arguments, kind.name)) is not None]
     recipe.start_on((image.shape[0], image.shape[1]))
-    control = control_of(arguments)
+    control = _control_of(arguments)
     check_outputs(source, arguments.output, chosen, len(recipe.stages), control.checkpoint)
     choose_device(arguments.device)
     return Job(
@@ -155,6 +156,43 @@ def _said_of_paths(recipe: Recipe) -> dict[str, Any]:
     return {"paths": "auto"} if recipe.paths == "auto" else {"schedule": list(recipe.stages)}
 
 
+def _control_of(arguments: argparse.Namespace) -> Control:
+    """Return what watches over the run of one picture.
+
+    Raises
+    ------
+    ValueError
+        If it would overwrite what is no checkpoint, or is to go on from none.
+    """
+    path = _checkpoint(arguments)
+    if path is None and arguments.resume:
+        wanted = "leave out --no-checkpoint" if arguments.checkpoint is False else "name one with --checkpoint"
+        raise ValueError(f"--resume: goes on from a checkpoint, and there is to be none; {wanted}")
+    if path is not None and path.is_file() and not arguments.resume and not is_checkpoint(path):
+        raise ValueError(
+            f"{path}: is no checkpoint that can be read, and would be overwritten; move it, or name another file with "
+            "--checkpoint"
+        )
+    return Control(
+        time_limit=arguments.time_limit,
+        checkpoint=path,
+        period=arguments.checkpoint_period,
+        resume=arguments.resume,
+    )
+
+
+def _checkpoint(arguments: argparse.Namespace) -> Path | None:
+    """Return the file that was named, or one beside the output, where that is a file."""
+    if arguments.checkpoint is False:
+        return None
+    if arguments.checkpoint is not None:
+        return Path(arguments.checkpoint)
+    output = Path(arguments.output)
+    if arguments.output == STANDARD or (output.exists() and not output.is_file()):
+        return None
+    return Path(f"{os.fspath(output)}.checkpoint")
+
+
 def _checked_batch(arguments: argparse.Namespace, recipe: Recipe) -> BatchJob:
     if STANDARD in arguments.inputs:
         raise ValueError("-: standard input is one picture, and goes alone")
@@ -188,3 +226,19 @@ def _checked_image(source: str) -> NDArray[np.float32]:
     except ValueError as error:
         raise ValueError(f"{source}: {error}") from error
     return image
+
+
+def beginning(control: Control) -> str:
+    """Return a line that says from where a run begins, where that may not be what was meant; else nothing."""
+    if control.checkpoint is None or Path(control.checkpoint).exists() == control.resume:
+        return ""
+    if control.resume:
+        return f"there is no {control.checkpoint} to go on from: the run begins anew"
+    return f"{control.checkpoint} is of a run that was stopped: --resume would go on from it, this one begins anew"
+
+
+def going_on(control: Control) -> str:
+    """Return the part of a message that says how to go on; nothing where there is no checkpoint."""
+    if control.checkpoint is None or not Path(control.checkpoint).exists():
+        return ""
+    return f"; --resume goes on from {control.checkpoint}"

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.documents import COMMANDS
 
 import livecl
 
@@ -122,6 +123,9 @@ def test_installation(checkout: Path, tmp_path: Path, editable: bool) -> None:
     assert sorted(file.name for file in kernels.iterdir()) == kernel_names()
     assert livecl.read_svg(tmp_path / "out.svg").size == (4, 4)
     assert run(scripts / "livecl", "--version", cwd=tmp_path) == f"livecl {livecl.__version__}\n"
+    assert sorted(file.name for file in scripts.glob("livecl*")) == sorted(COMMANDS)
+    for command in COMMANDS:
+        assert f"{command} " in run(scripts / command, "--help", cwd=tmp_path)
 
 
 def test_import_is_light() -> None:
