@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The errors that livecl raises for what lies outside the caller's arguments.
+"""Exceptions for failures other than wrong arguments.
 
 Wrong arguments raise :class:`ValueError` or :class:`TypeError`; the classes here are for files, devices and compilers.
 """
@@ -12,7 +12,7 @@ class LiveclError(Exception):
 
 
 class DeviceError(LiveclError):
-    """No OpenCL device fits the request, or the device failed; the message lists what was found."""
+    """No OpenCL device fits the request, or the device failed; the message lists the devices found."""
 
 
 class CheckpointError(LiveclError):
@@ -20,7 +20,7 @@ class CheckpointError(LiveclError):
 
 
 class DeviceMemoryError(DeviceError, MemoryError):
-    """The device has no room for what was asked for; less work may succeed."""
+    """The device is out of memory; less work may succeed."""
 
 
 class KernelBuildError(LiveclError):
@@ -51,5 +51,5 @@ class ImageError(LiveclError):
 
 
 def readable(text: str) -> str:
-    """Return text for a message: on one line, each run of what cannot be seen, as control characters, a space."""
+    """Return text on one line for a message: runs of control and other invisible characters become a space."""
     return " ".join("".join(character if character.isprintable() else " " for character in text).split())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are either written whole or left as they were, and whether they can be written at all."""
+"""Atomic writing of files, and checks before the work that a file can be written."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import secrets
 import tempfile
 from pathlib import Path
 
-#: Bytes that must fit into a folder before the work: a drawing of hundreds of paths.
+#: Free space required of a folder before the work, bytes: a drawing of hundreds of paths.
 LEAST_ROOM = 1 << 16
 
 
 def write_atomically(path: str | os.PathLike[str], data: str | bytes) -> None:
-    """Write a file so that a reader, or a crash, meets the old content or the new, never a part.
+    """Write a file atomically: a reader, or a crash, finds the old content or the new, never a part.
 
     The data goes to a temporary file beside the target, is flushed to disk and takes the target's name. An existing
-    file keeps its permission bits, a symbolic link stays one, and what is no regular file (a pipe, ``/dev/null``) is
+    file keeps its permission bits, a symbolic link stays one, and a file that is not regular (a pipe, ``/dev/null``) is
     written to directly.
 
     Parameters
@@ -54,7 +54,7 @@ def write_atomically(path: str | os.PathLike[str], data: str | bytes) -> None:
 
 
 def remove_leftovers(path: str | os.PathLike[str]) -> None:
-    """Delete what writings of a file have left beside it that were killed: hidden files that nothing reads.
+    """Delete temporary files that killed writes of a file left beside it.
 
     Only for a file that no one else is writing now.
     """
@@ -64,7 +64,7 @@ def remove_leftovers(path: str | os.PathLike[str]) -> None:
 
 
 def _temporary_prefix(target: Path) -> str:
-    """Return how the names of a file's temporary ones begin: a digest, as the name itself may be as long as it can."""
+    """Return the prefix of a file's temporary names: a digest, as the name itself may have the maximum length."""
     return f".livecl-{hashlib.sha256(os.fsencode(target.name)).hexdigest()[:16]}-"
 
 
@@ -77,7 +77,7 @@ def check_file(file: Path) -> None:
 
 
 def check_folder(folder: Path, wanted: Path) -> None:
-    """Raise ValueError, which names what is wanted, if no file can be made in a folder.
+    """Raise ValueError, which names the expected argument, if no file can be made in a folder.
 
     Access rights alone do not tell (the superuser, disks that cannot be written, or are full), so one is made.
     """

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How many paths each stage adds."""
+"""Schedules: number of paths added in each stage."""
 
 from __future__ import annotations
 
 import reprlib
 from collections.abc import Sequence
 
-#: The most paths that a stage of the growing schedule adds (the paper's implementation details).
+#: Largest number of paths added in a stage of the growing schedule (the paper's implementation details).
 MOST_PER_STAGE = 32
 #: Paths of a method that does not judge them, as the paper's, where neither a number nor a list is given.
 DEFAULT_PATHS = 8
-#: The most paths where their number is found by what they gain: where nothing is said of it, and with "auto".
+#: Largest number of paths when it is chosen by their gain: by default, and with "auto".
 MAX_DEFAULT_PATHS, MAX_AUTO_PATHS = 32, 256
-#: Most paths that may be asked for: what reads drawings reads no more elements.
+#: Largest number of paths in a request: reading a drawing accepts no more elements.
 MAX_PATHS = 100_000
 
 

@@ -33,7 +33,7 @@ class Batch:
     pictures : list of Picture
         The pictures, and the name of each one's SVG.
     recipe : Recipe
-        What is done to each.
+        The request that holds for each picture.
     """
 
     def __init__(
@@ -134,7 +134,7 @@ class Batch:
         return dataclasses.replace(row, file=_shown(picture.file), status="skipped")
 
     def _settled(self, picture: Picture, digest: str, answer: Made | str) -> Outcome:
-        """Write the SVG, and return what became of the picture."""
+        """Write the SVG, and return the picture's outcome."""
         if isinstance(answer, str):
             return _failed(picture, answer)
         for warning in answer.warnings:
@@ -192,7 +192,7 @@ def vectorize_files(
     output_folder : path
         Where the SVGs go; made if only its last part is missing.
     recipe : Recipe, optional
-        What to do to each picture.
+        Paths, options and size for each picture.
     device : int, str or None
         OpenCL device, of each worker's machine.
     workers : int, optional
@@ -213,7 +213,7 @@ def vectorize_files(
     Returns
     -------
     list of Outcome
-        What became of each picture, in the order of the inputs.
+        The outcome of each picture, in the order of the inputs.
 
     Raises
     ------

@@ -32,7 +32,7 @@ AHEAD = 2
 
 
 def check_scheduler(scheduler: str) -> None:
-    """Raise what :func:`connected` would, without starting anything."""
+    """Raise the errors of :func:`connected` without starting anything."""
     if scheduler == LOCAL:
         _package()
     else:
@@ -120,7 +120,7 @@ def work_on_cluster(tasks: Iterable[Task], work: Work, client: Client) -> Genera
 
 
 def _answers(tasks: Iterator[Task], work: Work, client: Client) -> Iterator[tuple[Task, Made | str | None]]:
-    """Yield what becomes of each task, in the order in which they end; None where workers that had it have died."""
+    """Yield the outcome of each task, in order of completion; None if its workers died."""
     from distributed import KilledWorker, as_completed
 
     sent: dict[Any, Task] = {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which pictures a batch is made of, and where the SVG of each goes."""
+"""Inputs of a batch: find pictures in files, folders and patterns, and name their SVGs."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def find_pictures(inputs: Iterable[str | os.PathLike[str]]) -> list[Picture]:
     ValueError
         If an input is not there, or stands for no picture.
     """
-    found: dict[str, tuple[Path, Path]] = {}  # by real path: the file, and its place below what was given
+    found: dict[str, tuple[Path, Path]] = {}  # by real path: the file, and its path below the input
     for given in inputs:
         text = os.fspath(given)
         files = _expanded(text)

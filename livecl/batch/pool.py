@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Worker processes of this machine: each has its own OpenCL context, and none takes the others down when it dies.
+"""Pool of worker processes, each with an OpenCL context of its own; a crashed one is replaced.
 
 The processes are spawned, because a forked child hangs in its first OpenCL call if the parent has made one, and they
 are managed here, because the standard library's pools give up all work when one process is killed.
@@ -19,9 +19,9 @@ from multiprocessing.connection import wait
 from livecl.batch.worker import Made, Work, serve
 from livecl.errors import LiveclError
 
-#: How often a picture is tried whose worker dies.
+#: Attempts per picture when workers crash.
 MAX_ATTEMPTS = 3
-#: Seconds that a worker which has been told to end is waited for.
+#: Seconds to wait for a worker that was told to end.
 END_SECONDS = 5.0
 
 _log = logging.getLogger(__name__)
@@ -29,7 +29,7 @@ _log = logging.getLogger(__name__)
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """A picture to work on: its number, the bytes of its file, what to call it, and how often it has been tried."""
+    """A task: number, bytes and name of a picture, and the attempts so far."""
 
     number: int
     data: bytes
@@ -52,7 +52,7 @@ class _Worker:
     def give(self, task: Task) -> None:
         self.task = task
         if self.ready:
-            with contextlib.suppress(OSError):  # it has died, and what is received next says so
+            with contextlib.suppress(OSError):  # it has died, which the next receive reports
                 self.connection.send((task.data, task.name))
 
     def end(self) -> int | None:
@@ -78,7 +78,7 @@ def work_locally(
     tasks : iterable of Task
         The pictures; taken one by one as workers come free.
     work : Work
-        What to do with each.
+        The request that holds for each picture.
     workers : int, optional
         Processes; as many as there are cores for this one where not given.
     threads : int
@@ -109,7 +109,7 @@ def available_cores() -> int:
 
 
 class _Pool:
-    """The workers, and the tasks that a dead one has left."""
+    """Pool of workers, and the tasks of crashed ones."""
 
     def __init__(self, work: Work, size: int, threads: int) -> None:
         self._work, self._size, self._threads = work, size, threads
@@ -154,7 +154,7 @@ class _Pool:
             idle.pop().give(task)
 
     def _bury(self, worker: _Worker, task: Task) -> str | None:
-        """Take out a dead worker; return why its picture is given up, or None if it is tried again."""
+        """Remove a crashed worker; return the reason to give up its picture, or None if it is tried again."""
         self._workers.remove(worker)
         worker.process.join(END_SECONDS)  # for its own exit code
         code = worker.end()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What became of each picture of a batch, and the table of it beside the SVGs.
+"""Summary of a batch: the outcome of each picture, as a table beside the SVGs.
 
 The table is also the batch's memory: a picture is done if its row says so for the same picture and recipe, and the SVG
 that is there is the one that was written.
@@ -20,7 +20,7 @@ from livecl.files import write_atomically
 
 #: Name of the table in the output folder.
 SUMMARY = "summary.csv"
-#: Least seconds between two rewritings of the table: a batch that is killed repeats what ended in the last of them.
+#: Least seconds between two rewritings of the table: a killed batch repeats the pictures finished since.
 SUMMARY_PERIOD = 1.0
 
 Status = Literal["done", "skipped", "failed"]
@@ -28,7 +28,7 @@ Status = Literal["done", "skipped", "failed"]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What became of a picture; a row of ``summary.csv``.
+    """Outcome of a picture; a row of ``summary.csv``.
 
     Attributes
     ----------
@@ -39,13 +39,13 @@ class Outcome:
     status : "done", "skipped" or "failed"
         Skipped: it was done already.
     paths : int or None
-        Layers of the drawing; this and what follows is None, or "", where there is none.
+        Number of layers; this and the following fields are None, or "", without a drawing.
     mse : float or None
         Mean squared error, measured on the pixels that were worked on.
     seconds : float or None
         Time of its stages.
     width, height, working_width, working_height : int or None
-        Size of the picture and of what was worked on, px.
+        Size of the picture and of its working copy, px.
     message : str
         Why it failed, or was stopped.
     picture, recipe, svg : str
@@ -86,7 +86,7 @@ class Summary:
         self._written = 0.0
 
     def get(self, output: str) -> Outcome | None:
-        """Return the row of an output; None where there is none."""
+        """Return the row of an output, or None."""
         return self._rows.get(output)
 
     def add(self, outcome: Outcome) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a worker does, in whatever process and on whatever machine: a picture's bytes in, an SVG's text out."""
+"""A worker's job in any process: bytes of a picture in, text of an SVG out."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _one_at_a_time = threading.Lock()
 
 @dataclasses.dataclass(frozen=True)
 class Work:
-    """What is to be done to each picture; sent to the workers once, or with each picture.
+    """Request that holds for each picture; sent to the workers once, or with each picture.
 
     Attributes
     ----------
@@ -65,9 +65,9 @@ def make(data: bytes, name: str, work: Work) -> Made | str:
     data : bytes
         Content of the picture's file.
     name : str
-        What to call the picture in messages.
+        Name of the picture in messages.
     work : Work
-        What to do.
+        The request.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def make(data: bytes, name: str, work: Work) -> Made | str:
 def serve(connection: Connection, work: Work, threads: int) -> None:
     """Work on the pictures that come through a connection until it is closed; the body of a worker process.
 
-    Sends None when ready, then for each (data, name) what :func:`make` returns. An interruption from the keyboard,
+    Sends None when ready, then :func:`make` of each (data, name). An interruption from the keyboard,
     which reaches all processes of a terminal, is left to the process that started this one.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Drawing`: its layers, their labels and colours, and checks of what it is given."""
+"""`Drawing`: its layers, their labels and colours, and checks of its arguments."""
 
 import lazy_loader
 

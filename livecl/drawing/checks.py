@@ -37,7 +37,7 @@ def checked_size(size: Any) -> tuple[int, int]:
 
 
 def checked_floats(name: str, value: Any, shape: tuple[int, ...] | None, low: float, high: float) -> FloatArray:
-    """Return an array of a shape, of which -1 is any number, or of any shape; its numbers within [low, high]."""
+    """Return an array of a shape (-1: any number; None: any shape), with numbers within [low, high]."""
     try:
         given = np.asarray(value)
     except ValueError:  # rows of different lengths
@@ -83,7 +83,7 @@ def checked_integers(name: str, value: Any) -> IntArray:
 
 
 def clean_name(text: str) -> str:
-    """Return a name on one line, cut at 120 characters: what cannot be seen becomes a space, and runs of spaces one."""
+    """Return a name on one line of at most 120 characters; runs of spaces and invisible characters become a space."""
     return readable(text[: 4 * MAX_NAME])[:MAX_NAME].rstrip()
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Colour words: what people call a colour, by the survey in color_survey.txt.
+"""Colour words: names of colours by the survey in color_survey.txt.
 
 A colour has the word that most of the survey's nearest colours end with, as "blue" in "dark sky blue"; distance is that
-in Oklab, which follows what the eye sees. The survey has few pale and few neutral colours, so greys go by their
+in Oklab, a perceptually uniform colour space. The survey has few pale and few neutral colours, so greys go by their
 lightness alone.
 """
 

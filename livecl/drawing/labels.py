@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What layers are called: names made of colour and place, layers found by what people call them."""
+"""Labels of layers: names made of colour and place, and selection of layers by name or colour."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def layer_labels(drawing: Drawing) -> tuple[str, ...]:
 
 
 def layer_centers(drawing: Drawing) -> NDArray[np.float64]:
-    """Return the centre of each layer's area, px; of its box where there is next to no area: (N, 2)."""
+    """Return the centroid of each layer's area, px; for tiny areas the centre of the box: (N, 2)."""
     if not drawing.num_layers:
         return np.zeros((0, 2))
     starts = drawing.segment_offsets[:-1]

@@ -151,7 +151,7 @@ def flatten(cubics: ArrayLike, tolerance: float, most: int | None = None) -> Pol
 
 
 def area_moments(cubics: ArrayLike) -> FloatArray:
-    """Return what each cubic (M, 4, 2) of closed outlines adds to their area, and to its first moments in x and y.
+    """Return the terms of each cubic (M, 4, 2) in the area of closed outlines and in its first moments in x and y.
 
     By Green's theorem the integrals over the area of 1, x and y are those along the outline of (x dy - y dx) / 2,
     x^2 / 2 dy and -y^2 / 2 dx: polynomials of degree 8 at most, which five Gauss-Legendre nodes integrate exactly.

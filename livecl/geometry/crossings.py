@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outlines that cross themselves, found by their winding.
+"""Self-intersections of outlines, measured by their winding.
 
 Around the point where two strands of a closed outline cross, the winding takes three consecutive values, as each strand
 changes it by one. So an outline crosses itself exactly if some area has a winding other than 0 and that of the whole
@@ -19,7 +19,7 @@ FLATTENING = 0.01
 #: Area px^2 of other winding up to which an outline does not count as crossing itself: that of a loop 0.03 px wide.
 #: Strands that touch along 2 px or more can reach it by rounding to three decimals, and then count as crossing.
 CROSSING_AREA = 1e-3
-#: Numbers worked on at a time.
+#: Numbers in one block of work.
 _BLOCK = 1 << 20
 #: How far beyond its ends a line still meets another, as a share of its length: more than rounding loses.
 _SLACK = 1e-9
@@ -49,7 +49,7 @@ def crossing_area(cubics: ArrayLike, tolerance: float = FLATTENING) -> float:
     meetings = _heights_of_meetings(start, end)
     if not len(meetings):
         return 0.0
-    # Between two consecutive heights no lines meet: what is between them are trapezoids, whose area is the width at
+    # Between two consecutive heights no lines meet: there the shapes are trapezoids, whose area is the width at
     # half height times the height.
     heights = np.unique(np.concatenate([start[:, 1], meetings]))
     middles, steps = (heights[1:] + heights[:-1]) / 2, np.diff(heights)

@@ -16,7 +16,7 @@ from livecl.geometry.bezier import bernstein
 
 FloatArray = NDArray[np.float64]
 
-#: Places on the polyline where anchors may lie, one for so many px, at most; more where more segments are asked for.
+#: Candidate places of anchors on the polyline: distance px, and maximum; more if more segments are requested.
 PLACES, LEAST_PLACES, SPACING = 64, 24, 2.0
 #: Points at which a segment is compared with the polyline, and the polyline's points for each place.
 POINTS, FINE = 24, 4

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Take the loops out of outlines that cross themselves.
+"""Untangling: cut the loops out of outlines that cross themselves.
 
 Where two strands of a closed outline cross, the outline falls into two closed parts that meet in the crossing. The
 larger is kept, with an anchor there: at a corner whose curves overshoot this leaves the corner, sharp, and the rest as
@@ -124,7 +124,7 @@ def _trim(cubics: FloatArray, crossing: Crossing) -> FloatArray:
     while len(kept) < count:
         k = int(np.argmax(np.hypot(*(kept[:, 3] - kept[:, 0]).T)))
         kept = np.concatenate([kept[:k], subsegment(kept[k], [0, 0.5], [0.5, 1]), kept[k + 1 :]])
-    places = np.arange(count) - np.arange(count)[:, None]  # what comes to each place, by the turn
+    places = np.arange(count) - np.arange(count)[:, None]  # element at each place, by the turn
     stays = (kept[places] == cubics).all(axis=(2, 3)).sum(axis=1)
     return np.asarray(kept[places[np.argmax(stays)]])  # as many in place as can be
 

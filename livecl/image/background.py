@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What lies beneath the layers: which background a picture gets, and the picture as it is compared over it."""
+"""Backgrounds: the choice of a background for an image, and the image over it."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def border_color(image: NDArray[np.float32]) -> Rgb:
 
 
 def target_over(image: NDArray[np.float32], background: ArrayLike | None) -> NDArray[np.float32]:
-    """Return what a drawing's render is compared with.
+    """Return the target: the image that a drawing's render is compared with.
 
     Over a background that is RGB, (H, W, 3). Without one it is premultiplied RGBA, (H, W, 4): so the colour of clear
     pixels does not count, and over any background b the difference in the picture is (C - C*) - (A - A*) b

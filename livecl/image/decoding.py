@@ -35,7 +35,7 @@ def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, Fl
     Parameters
     ----------
     name : str
-        What to call the picture in a warning.
+        Name of the image in a warning.
     data : bytes
         The file's content.
     image : PIL.Image.Image or None
@@ -46,7 +46,7 @@ def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, Fl
     color : (H, W, 1) or (H, W, 3) float32
         Straight grey or RGB, 1 for full intensity; a float picture's numbers are as in the file.
     alpha : (H, W, 1) float32 or None
-        Alpha, where there is any.
+        Alpha; None if the image has none.
     orientation : int
         EXIF orientation, still to be applied.
 
@@ -80,9 +80,9 @@ def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, Fl
 
 
 def _orientation(name: str, image: Image) -> int:
-    """Return the EXIF orientation; 1, with a warning, where what the file says of itself cannot be read.
+    """Return the EXIF orientation; 1, with a warning, if the metadata cannot be read.
 
-    To be asked for once the pixels are decoded: those of a TIFF are turned then already.
+    Call it after decoding the pixels: those of a TIFF are turned by then.
     """
     try:
         orientation: int = image.getexif().get(_ORIENTATION, 1)

@@ -17,7 +17,7 @@ from livecl.drawing.drawing import MAX_COORDINATE, Drawing
 
 #: Side, px, of the square whose area larger pictures are reduced to where nothing else is asked for.
 DEFAULT_SIZE = 512
-#: Squared error from which on a reduced picture has lost what people look for. Photographs at a half to a quarter of
+#: Squared error above which a reduced image has lost visible detail. Photographs at a half to a quarter of
 #: their size lose 0.001 to 0.0035, small print that is no longer readable 0.007 to 0.013.
 DETAIL_IS_LOST = 5e-3
 
@@ -50,7 +50,7 @@ def working_size(size: tuple[int, int], side: int) -> tuple[int, int]:
 
 
 def reduced(image: ArrayLike, size: tuple[int, int]) -> NDArray[np.float32]:
-    """Return a picture of fewer pixels, each the mean over its area: what a drawing's coverage is compared with.
+    """Return an image reduced by area averaging, as coverage is averaged over pixels.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def reduced(image: ArrayLike, size: tuple[int, int]) -> NDArray[np.float32]:
     Returns
     -------
     (h, w, 3) or (h, w, 4) float32
-        Straight; colours are averaged by what their alpha shows of them.
+        Straight; colours are averaged with alpha as weight.
     """
     pixels = np.asarray(image, dtype=np.float32)
     if pixels.shape[:2] == tuple(size):

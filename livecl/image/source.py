@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a picture comes from: a file's bytes, and what Pillow makes of their beginning; nothing is decoded yet."""
+"""Sources of images: the bytes of a file, and the image that Pillow identifies in them, not yet decoded."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from livecl.errors import ImageError, readable
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
 
-#: Most pixels of a picture that is read, about 1 GB as float32 RGB: what claims more is taken for a decompression bomb.
+#: Largest number of pixels read, about 1 GB as float32 RGB: a larger image is taken for a decompression bomb.
 MAX_PIXELS = 89_000_000
 TOO_LARGE = f"more than {MAX_PIXELS // 1_000_000} million pixels; scale it down first"
 #: Largest file read, bytes: more than pictures of the most pixels have, in four numbers of 32 bits each.
@@ -91,6 +91,6 @@ def opened(name: str, data: bytes) -> ImageFile | None:
 
 
 def damage(error: Exception) -> str:
-    """Return in one line of visible characters what a decoder says of damaged data."""
+    """Return a decoder's message on damaged data in one line of visible characters."""
     reason = readable(str(error)[:150]) or type(error).__name__
     return f"the picture is damaged or cut off ({reason}); {ADVICE}"

@@ -29,11 +29,11 @@ def in_srgb(name: str, image: Image, info: Mapping[Any, Any]) -> FloatArray:
     Parameters
     ----------
     name : str
-        What to call the picture in a warning.
+        Name of the image in a warning.
     image : PIL.Image.Image
         Pixels.
     info : mapping
-        What the file says of them: Pillow's ``icc_profile``, ``gamma``, ``srgb``.
+        Metadata of the file on colours: Pillow's ``icc_profile``, ``gamma``, ``srgb``.
 
     Returns
     -------

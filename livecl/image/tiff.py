@@ -48,7 +48,7 @@ def decode_deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
     color : (H, W, 1) or (H, W, 3) float32
         Straight grey or RGB, 1 for full intensity; a float picture's numbers are as in the file.
     alpha : (H, W, 1) float32 or None
-        Alpha, where there is any.
+        Alpha; None if the image has none.
     orientation : int
         EXIF orientation, still to be applied.
 
@@ -60,7 +60,7 @@ def decode_deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
     from imageio import v3 as imageio
 
     log = logging.getLogger("tifffile")
-    if not log.hasHandlers():  # else what it says of damaged files is printed, beside the exception
+    if not log.hasHandlers():  # else its messages on damaged files are printed beside the exception
         log.addHandler(logging.NullHandler())
     file: Any  # the plugin has arguments that the base class does not declare
     with imageio.imopen(data, "r", plugin="tifffile") as file:

@@ -119,7 +119,7 @@ def best_shift(fixed: ArrayLike, moving: ArrayLike) -> tuple[int, float]:
 def align(first: Sequence[ArrayLike], second: Sequence[ArrayLike]) -> tuple[Outline, Outline]:
     """Return two outlines with subpaths, segments and points that correspond.
 
-    Subpaths that lie alike within their outlines are matched, never a hole with what is filled; to one that is left
+    Subpaths that lie alike within their outlines are matched, never a hole with a filled one; to one that is left
     over belongs a point in the other outline, where it grows from or shrinks to. All of `second` is reversed if that
     brings it nearer.
 
@@ -131,7 +131,7 @@ def align(first: Sequence[ArrayLike], second: Sequence[ArrayLike]) -> tuple[Outl
     Returns
     -------
     first, second : list of (m, 4, 2) float64
-        Outlines with as many subpaths each, with as many segments each, that enclose what they did.
+        Outlines with equal numbers of subpaths and of segments in each, of unchanged shape.
     """
     a = [np.asarray(subpath, dtype=np.float64) for subpath in first]
     b = [np.asarray(subpath, dtype=np.float64) for subpath in second]
@@ -152,7 +152,7 @@ def align(first: Sequence[ArrayLike], second: Sequence[ArrayLike]) -> tuple[Outl
 
 
 def _matched(a: Outline, b: Outline) -> tuple[list[tuple[int | None, int | None]], float]:
-    """Pair the subpaths of two outlines, directions as they are; return the pairs, and what they cost, px^2."""
+    """Pair the subpaths of two outlines, directions as they are; return the pairs, and their cost, px^2."""
     distances = np.empty((len(a), len(b)))
     alone = len(a) == len(b) == 1
     shift = _center(b) - _center(a)

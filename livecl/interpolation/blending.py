@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From one drawing to another: control points and colours of layers that belong together, interpolated linearly."""
+"""Interpolation of drawings: control points and colours of matched layers, blended linearly."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from livecl.geometry import bezier
 from livecl.interpolation.alignment import Outline, align
 from livecl.interpolation.matching import Match, layer_boxes, match_layers
 
-#: How a layer without a partner comes and goes.
+#: Transitions of layers without a partner.
 Lone = Literal["fade", "grow"]
 
 FloatArray = NDArray[np.float64]
@@ -125,10 +125,10 @@ def mix_colors(a: ArrayLike, b: ArrayLike, t: float) -> FloatArray:
 
     Notes
     -----
-    A layer of colour c and opacity o makes o c + (1 - o) C out of what is below it, C. For fixed shapes this is the
+    A layer of colour c and opacity o makes o c + (1 - o) C out of the colour C below it. For fixed shapes this is the
     mean of its two end pictures, (1 - t) and t of each, exactly if o c and o are such means: so
     o = (1 - t) o_a + t o_b and c = ((1 - t) o_a c_a + t o_b c_b) / o. With w = t o_b / o that is (1 - w) c_a + w c_b,
-    a mean in which what cannot be seen has no say: a fading layer keeps its colour. Where o = 0, w = t.
+    a mean weighted by opacity: a fading layer keeps its colour. Where o = 0, w = t.
     """
     a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
     opacity = _mix(a[..., 3:], b[..., 3:], t)
@@ -152,7 +152,7 @@ def fit_canvas(drawing: Drawing, size: tuple[int, int]) -> Drawing:
 
 
 def collapsed(drawing: Drawing) -> Drawing:
-    """Return the drawing with every layer drawn together to the point in the middle of its box: nothing is seen."""
+    """Return the drawing with every layer collapsed to the middle of its box, so that nothing is visible."""
     boxes = layer_boxes(drawing)
     middles = (boxes[:, :2] + boxes[:, 2:]) / 2
     points = np.broadcast_to(middles[drawing.segment_layers][:, None], drawing.points.shape)
@@ -173,7 +173,7 @@ def _mix(a: FloatArray, b: FloatArray, t: float | FloatArray) -> FloatArray:
 
 
 def _layer_ends(a: Drawing, b: Drawing, i: int | None, j: int | None, lone: Lone) -> tuple[_Layer, _Layer]:
-    """Return what a layer is at both ends: a pair's layers, or one layer and what it comes from or goes to."""
+    """Return a layer's outline and colour at both ends: those of a pair, or of one layer and its absence."""
     if i is not None and j is not None:
         first, second = align(_outline(a, i), _outline(b, j))
         return (first, a.colors[i]), (second, b.colors[j])
@@ -186,7 +186,7 @@ def _layer_ends(a: Drawing, b: Drawing, i: int | None, j: int | None, lone: Lone
 
 
 def _absent(layer: _Layer, lone: Lone) -> _Layer:
-    """Return what a layer is where it is not to be seen: a point in the middle of its box, or transparent."""
+    """Return an invisible layer: collapsed to the middle of its box, or transparent."""
     outline, color = layer
     if lone == "fade":
         return outline, np.append(color[:3], 0.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which layers of two drawings belong together, and one paint order that suits both."""
+"""Matching of layers between two drawings, and one paint order that suits both."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from livecl.geometry import bezier
 Match = Literal["order", "nearest"]
 #: Difference (see `layer_differences`) from which on the nearest are not paired: a shift by 0.63 of the canvas has it.
 MOST_DIFFERENT = 0.4
-#: Weight of the squared difference of each colour channel: two things in one place are one that changes its colour.
+#: Weight of the squared difference of each colour channel: layers in one place count as one that changes colour.
 COLOR_WEIGHT = 0.5
 #: Layer of the first drawing and layer of the second; None where a layer has no partner.
 Pair = tuple[int | None, int | None]

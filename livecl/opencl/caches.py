@@ -126,7 +126,7 @@ def _broken_files(cache: Path) -> list[Path]:
     """Return the files of PoCL's cache that are not whole; raise OSError if one cannot be read, or its folder written.
 
     An entry is a folder ``AB/CDEF…`` of a program: ``program.bc``, in LLVM's bitcode, and libraries
-    ``kernel/work-group size/kernel.so``. What processes are about to write lies beside the entries until it is whole.
+    ``kernel/work-group size/kernel.so``. Files being written lie beside the entries until they are complete.
     """
     broken = []
     for folder, _, names in os.walk(cache, onerror=_raise):
@@ -148,7 +148,7 @@ def _raise(error: OSError) -> None:
 def is_whole_bitcode(path: Path) -> bool:
     """Return whether a file is LLVM's magic number and top-level blocks, the last of which ends where the file does.
 
-    A block: a word that says what it is (its lowest two bits are 1), its length in words of four bytes, its content.
+    A block: a word that tells its kind (its lowest two bits are 1), its length in words of four bytes, its content.
     """
     with path.open("rb") as file:
         size = os.fstat(file.fileno()).st_size

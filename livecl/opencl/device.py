@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""OpenCL devices: list, choose, describe, open, and say what their errors mean."""
+"""OpenCL devices: list, choose, describe and open them, and translate their errors."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _OUT_OF_MEMORY = {
 
 @dataclasses.dataclass(frozen=True)
 class DeviceInfo:
-    """What is known about an OpenCL device; `index` chooses it, and so does a part of its `name` or `platform`."""
+    """Description of an OpenCL device; `index`, or a part of `name` or `platform`, chooses it."""
 
     index: int
     name: str
@@ -104,7 +104,7 @@ class OpenDevice:
         return f"{self.info.name} has no room for {_amount(size)} ({name}; {why}); {_LESS}"
 
     def error(self, error: cl.Error) -> DeviceError:
-        """Return what an error of OpenCL means, in one line; but for a lack of memory, the device is given up."""
+        """Translate an OpenCL error into one line; unless memory ran out, the device is given up."""
         what = " ".join(str(error).split())
         if error.code in _OUT_OF_MEMORY:
             return DeviceMemoryError(f"{self.info.name} is out of memory ({what}); {_LESS}")
@@ -112,7 +112,7 @@ class OpenDevice:
         return DeviceError(self.failure)
 
 
-#: What to do about a lack of memory.
+#: Remedy for lack of memory.
 _LESS = "less is needed at a smaller size (--size) or with fewer paths"
 _FORKED = "OpenCL was used before this process was forked, and would hang; start workers with the 'spawn' method"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Methods that use a device: what ends them is an error of livecl, and leaves nothing half done behind."""
+"""Guard of methods that use a device: translate OpenCL errors, drop buffers after a failure."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from livecl.opencl.device import OpenDevice
 
 
 class DeviceUser(Protocol):
-    """What has such methods."""
+    """Object with guarded methods."""
 
     @property
     def device(self) -> OpenDevice:
         """The device that it uses."""
 
     def forget(self) -> None:
-        """Give up what has been put on the device."""
+        """Drop all buffers on the device."""
 
 
 User = TypeVar("User", bound=DeviceUser)
@@ -31,7 +31,7 @@ Value = TypeVar("Value")
 def on_device(method: Callable[Concatenate[User, Arguments], Value]) -> Callable[Concatenate[User, Arguments], Value]:
     """Have a method raise DeviceError where OpenCL fails, or where it would hang: one check for all its launches.
 
-    However the method ends early, what is on the device is forgotten, so that the next one does not build on halves.
+    However the method ends early, the contents of the device are dropped, so that the next call starts afresh.
     """
 
     @functools.wraps(method)

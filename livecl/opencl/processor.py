@@ -17,7 +17,7 @@ import struct
 from pathlib import Path
 from typing import Any
 
-#: What LLVM calls a processor that it does not know.
+#: LLVM's name of an unknown processor.
 UNKNOWN = b"generic"
 #: Names of the x86-64 levels that LLVM has known since version 12, with flags (as Linux spells them) that each needs
 #: beyond the one before: psABI for x86-64, "micro-architecture levels".

@@ -122,7 +122,7 @@ def compile_source(opened: OpenDevice, source: str, options: Sequence[str] = ())
 
 
 def _first_error(log: str) -> str:
-    """Return the line of a compiler's log that says what is wrong, or the log's first line."""
+    """Return the first error of a compiler's log, or the log's first line."""
     lines = [line.strip() for line in log.splitlines() if line.strip()]
     return next((line for line in lines if re.search(r"\berror\b\s*:", line, re.IGNORECASE)), lines[0] if lines else "")
 

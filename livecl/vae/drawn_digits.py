@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Digits drawn with a round pen along skeletons that vary: data for the VAE where there is no MNIST."""
+"""Synthetic digits, drawn with a round pen along random skeletons: data for the VAE without MNIST."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 HEIGHT = 20.0
 #: Standard deviation of each key point, as a share of the height.
 JITTER = 0.035
-#: Ranges of what varies: radius of the pen, px; share of the height; width to height; slant, as the tangent of an
+#: Ranges of random parameters: radius of the pen, px; share of the height; width to height; slant, as the tangent of an
 #: angle; turn, radians; shift, px.
 RADII, SCALES, ASPECTS = (1.0, 1.7), (0.88, 1.0), (0.8, 1.15)
 SLANTS, TURNS, SHIFTS = (-0.1, 0.45), (-0.1, 0.1), (-0.5, 0.5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of an autoencoder, enlarged."""
+"""Enlarging of the autoencoder's pictures."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def enlarge(pictures: ArrayLike, size: int) -> FloatArray:
     low = sigmoid(np.array(-LIMIT))
     inside = np.clip(given, low, 1 - low)
     logits = np.log(inside) - np.log1p(-inside)
-    # Splines overshoot: what is beyond the limit is as sure as the limit says.
+    # Splines overshoot: logits beyond the limit are clipped to it.
     larger = [np.clip(resize(each, (size, size), order=3, mode="edge", clip=False), -LIMIT, LIMIT) for each in logits]
     shown: FloatArray = sigmoid(np.array(larger).reshape(-1, size, size))
     return np.clip((shown - low) / (1 - 2 * low), 0, 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of handwritten digits with their labels, and the files that MNIST comes in."""
+"""MNIST: reading handwritten digits and their labels from IDX files."""
 
 from __future__ import annotations
 

@@ -130,7 +130,7 @@ class Vae:
         images : (B, H, W) array_like
             Grey in [0, 1].
         noise : (B, Z) array_like
-            What makes z of mean and variance; from N(0, 1).
+            Noise of the reparameterization, from N(0, 1).
 
         Returns
         -------
@@ -271,6 +271,6 @@ def _shapes(size: tuple[int, int], hidden: tuple[int, ...], num_latents: int) ->
 
 
 def _halves(code: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return mean and log variance, (B, Z) each, of what the encoder gives, (B, 2 Z)."""
+    """Split the encoder's output (B, 2 Z) into mean and log variance, (B, Z) each."""
     half = code.shape[1] // 2
     return code[:, :half], code[:, half:]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a variational autoencoder is made of: each part's value, and under it the gradient derived by hand.
+"""Parts of a variational autoencoder: the forward of each, and below it its hand-derived backward.
 
 B pictures of D pixels run at once. ``d_x`` stands for dL/dx, an array shaped like x.
 """
@@ -56,7 +56,7 @@ def mlp_forward(x: FloatArray, layers: Sequence[Dense]) -> tuple[FloatArray, lis
     Returns
     -------
     ((B, O), list of (B, I))
-        The last layer's y, and what each layer was given before its SiLU (the first one: x itself): for the backward.
+        The last layer's y, and for the backward the input of each layer before its SiLU (the first one's is x itself).
     """
     given = [x]
     y = dense_forward(x, *layers[0])
