@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every option has an effect."""
+"""Every option changes what it is about, in the direction that it is for."""
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,57 +13,182 @@ import pytest
 from numpy.typing import NDArray
 from support.runs import QUICK, SMALL
 
-from livecl import Options, vectorize
+from livecl import Options, Result, vectorize
+from livecl.layering.metrics import self_crossing
+from livecl.run.loop import Step
+from livecl.training.xing import xing_loss
 
-CHANGES: dict[str, tuple[Options, dict[str, Any]]] = {
-    "iterations": (QUICK, {"iterations": 7}),
-    "segments": (QUICK, {"segments": 5}),
-    "loss": (QUICK, {"loss": "mse"}),
-    "xing_weight": (Options.diffvg(iterations=6), {"xing_weight": 1.0}),
-    "max_segments": (Options(iterations=2, revisions=0, max_segments=4), {"max_segments": 12}),
-    "placement": (QUICK, {"placement": "random"}),
-    "placement by regions": (QUICK, {"placement": "region"}),
-    "shape": (QUICK, {"shape": "random"}),
-    "shape by fit": (QUICK, {"shape": "outline"}),
-    "holes": (Options(iterations=2, revisions=0), {"holes": False}),
-    "merge": (Options(iterations=2, revisions=0, full_rate_side=0.0), {"merge": False}),
-    "settle": (QUICK, {"settle": 0.1}),
-    "revisions": (Options(iterations=10, revisions=0), {"revisions": 3}),
-    "prune": (Options(iterations=2, revisions=0), {"prune": 0.1}),
-    "target_mse": (QUICK, {"target_mse": 0.9}),
-    "path_gain": (QUICK, {"path_gain": 0.9}),
-    "untangle": (Options.diffvg(iterations=40, learning_rate=2.0), {"untangle": True}),
-    "background": (QUICK, {"background": "#8080ff"}),
-    "radius": (QUICK, {"radius": 3.0}),
-    "tau": (QUICK, {"tau": 4.0}),
-    "color_threshold": (QUICK, {"color_threshold": 1.5}),
-    "bins": (QUICK, {"bins": 1}),
-    "learning_rate": (QUICK, {"learning_rate": 0.5}),
-    "color_learning_rate": (QUICK, {"color_learning_rate": 0.05}),
-    "full_rate_side": (QUICK, {"full_rate_side": 48.0}),
-    "decay": (Options.paper(iterations=30), {"decay": 0.01}),
-    "new_color": (QUICK, {"new_color": "random"}),
-    "opacity": (Options.paper(iterations=30), {"opacity": "opaque"}),
-    "variant": (QUICK, {"variant": "released"}),
+Image = NDArray[np.float64]
+
+
+def discs(*about: tuple[float, float, float, tuple[float, float, float]]) -> Image:
+    """A picture of discs (x, y, radius, colour) on white."""
+    rows, columns = np.indices((24, 24)) + 0.5
+    image = np.ones((24, 24, 3))
+    for x, y, radius, color in about:
+        image[np.hypot(columns - x, rows - y) < radius] = color
+    return image
+
+
+RED, BLUE = (0.8, 0.2, 0.1), (0.1, 0.2, 0.8)
+RING = discs((12, 12, 9, RED), (12, 12, 5, (1, 1, 1)))
+TARGET = discs((12, 12, 10, RED), (12, 12, 7, BLUE))
+#: Two that touch, differently far from white.
+TWINS = discs((8, 12, 5.5, BLUE), (17, 12, 5, (0.6, 0.6, 0.9)))
+ONE = discs((12, 12, 8, RED))
+
+
+@dataclasses.dataclass
+class Run:
+    """A run, and the drawing after each of its steps."""
+
+    result: Result
+    steps: list[Any]
+    losses: list[float]
+
+    @property
+    def drawing(self) -> Any:
+        return self.result.drawing
+
+    def way(self, name: str) -> float:
+        """Sum of the changes of an array of the drawing from step to step, while the layers are the same."""
+        arrays = [getattr(drawing, name) for drawing in self.steps]
+        pairs = itertools.pairwise(arrays)
+        return float(sum(np.abs(b - a).sum() for a, b in pairs if a.shape == b.shape))
+
+    def layer(self, index: int = 0) -> NDArray[Any]:
+        """The points of a layer as it was after the first step: (M, 3, 2)."""
+        drawing = self.steps[0]
+        return drawing.points[drawing.segment_offsets[index] : drawing.segment_offsets[index + 1]]
+
+
+def radii(run: Run) -> NDArray[Any]:
+    anchors = run.layer()[:, 0]
+    return np.hypot(*(anchors - anchors.mean(axis=0)).T)
+
+
+def most_segments(run: Run) -> float:
+    return float(np.diff(run.drawing.segment_offsets).max())
+
+
+def mse(run: Run) -> float:
+    return run.result.mse
+
+
+def layers(run: Run) -> float:
+    return float(run.drawing.num_layers)
+
+
+def steps(run: Run) -> float:
+    return float(len(run.steps))
+
+
+def points_way(run: Run) -> float:
+    return run.way("points")
+
+
+def first_color(run: Run) -> NDArray[Any]:
+    return run.steps[0].colors[0]
+
+
+@dataclasses.dataclass(frozen=True)
+class Effect:
+    """The options before, the change, and the measure that is to become less (-1) or more (1)."""
+
+    options: Options
+    changes: dict[str, Any]
+    measure: Callable[[Run], float]
+    sign: int
+    image: Image = dataclasses.field(default_factory=lambda: SMALL)
+    schedule: tuple[int, ...] = (1, 2)
+
+
+FAST = Options(iterations=2, revisions=0)
+ON_RIM = Options.paper(iterations=40, radius=10.0, learning_rate=1e-6, color_learning_rate=0.05)
+STILL = Options.paper(iterations=1, learning_rate=1e-6)
+EFFECTS: dict[str, Effect] = {
+    "iterations": Effect(QUICK, {"iterations": 60}, mse, -1),
+    "segments": Effect(QUICK, {"segments": 5}, most_segments, 1),
+    "max_segments": Effect(dataclasses.replace(FAST, max_segments=4), {"max_segments": 12}, most_segments, 1),
+    # As `tau` below, where the paper's loss has the disc's rim count more than its core.
+    "loss": Effect(ON_RIM, {"loss": "mse"}, lambda run: run.drawing.colors[0, 0], -1, TARGET, (1,)),
+    "xing_weight": Effect(
+        Options.diffvg(iterations=40), {"xing_weight": 1.0}, lambda run: xing_loss(run.drawing.cubics)[0], -1
+    ),
+    # The disc is the largest component of the error, and lies in the middle.
+    "placement: random": Effect(
+        STILL, {"placement": "random"}, lambda run: np.hypot(*(run.layer()[:, 0].mean(axis=0) - 12)), 1, ONE, (1,)
+    ),
+    "placement: region": Effect(dataclasses.replace(FAST, placement="component"), {"placement": "region"}, mse, -1),
+    "shape: random": Effect(STILL, {"shape": "random"}, lambda run: radii(run).std(), 1),
+    "shape: outline": Effect(STILL, {"shape": "outline"}, mse, -1, ONE, (1,)),
+    "holes": Effect(FAST, {"holes": False}, lambda run: len(run.drawing.subpath_offsets) - layers(run), -1, RING),
+    "settle": Effect(Options.paper(iterations=30), {"settle": 0.1}, points_way, -1),
+    "revisions": Effect(Options(iterations=10, revisions=0), {"revisions": 3}, mse, -1),
+    # Three small circles within one disc.
+    "merge": Effect(Options.paper(iterations=10, merge=True), {"merge": False}, layers, 1, ONE),
+    "prune": Effect(FAST, {"prune": 0.1}, layers, -1),
+    "target_mse": Effect(QUICK, {"target_mse": 0.9}, steps, -1),
+    "path_gain": Effect(QUICK, {"path_gain": 0.9}, steps, -1, schedule=(1, 1, 1)),
+    "untangle": Effect(
+        Options.diffvg(iterations=40, learning_rate=2.0),
+        {"untangle": True},
+        lambda run: self_crossing(run.drawing).sum(),
+        -1,
+        schedule=(8,),
+    ),
+    "background": Effect(QUICK, {"background": "#0000ff"}, lambda run: run.drawing.background[:2].sum(), -1),
+    "radius": Effect(STILL, {"radius": 3.0}, lambda run: radii(run).mean(), -1),
+    # A circle on the disc's edge: what lies deeper inside counts less with a shorter reach.
+    "tau": Effect(ON_RIM, {"tau": 3.0}, lambda run: run.drawing.colors[0, 0], 1, TARGET, (1,)),
+    # Nothing is wrong any more where all differences count as right: the place is no longer that of the disc.
+    "color_threshold": Effect(
+        STILL, {"color_threshold": 2.0}, lambda run: np.hypot(*(run.layer()[:, 0].mean(axis=0) - 12)), 1, ONE, (1,)
+    ),
+    # In one bin, both discs are one component, whose middle is further to the right.
+    "bins": Effect(STILL, {"bins": 1}, lambda run: run.layer()[:, 0, 0].mean(), 1, TWINS, (1,)),
+    "learning_rate": Effect(QUICK, {"learning_rate": 0.5}, points_way, -1),
+    "color_learning_rate": Effect(QUICK, {"color_learning_rate": 0.05}, lambda run: run.way("colors"), 1),
+    # The canvas is half of that: half of the rate.
+    "full_rate_side": Effect(QUICK, {"full_rate_side": 48.0}, points_way, -1),
+    "decay": Effect(Options.paper(iterations=30), {"decay": 0.01}, points_way, -1),
+    "new_color": Effect(
+        STILL, {"new_color": "random"}, lambda run: np.abs(first_color(run) - [*RED, 1]).sum(), 1, ONE, (1,)
+    ),
+    "opacity": Effect(
+        Options.paper(iterations=30), {"opacity": "opaque"}, lambda run: run.drawing.colors[:, 3].min(), 1
+    ),
+    # Of five random loops, the released program has the Xing loss look at the newest only.
+    "variant": Effect(
+        dataclasses.replace(STILL, shape="random", xing_weight=1e3),
+        {"variant": "released"},
+        lambda run: run.losses[-1],
+        -1,
+        schedule=(4, 1),
+    ),
 }
 
 
-def _ring() -> NDArray[np.float64]:
-    rows, columns = np.indices((24, 24)) + 0.5
-    distance = np.hypot(rows - 12, columns - 12)
-    return np.where(((distance > 5) & (distance < 9))[..., None], (0.8, 0.2, 0.1), (1.0, 1.0, 1.0))
+@pytest.mark.parametrize("name", EFFECTS)
+def test_option_does_what_it_is_for(name: str, device: int) -> None:
+    effect = EFFECTS[name]
+    values = []
+    for changes in ({}, effect.changes):
+        drawings, losses = [], []
 
+        def look(step: Step, drawings: list[Any] = drawings, losses: list[float] = losses) -> None:
+            drawings.append(step.drawing)
+            losses.append(step.loss)
 
-@pytest.mark.parametrize("name", CHANGES)
-def test_every_option_changes_the_result(name: str, device: int) -> None:
-    base, changes = CHANGES[name]
-    image = _ring() if name in ("holes", "merge") else SMALL
-    results = [vectorize(image, 3, [1, 2], dataclasses.replace(base, **c), device).svg for c in ({}, changes)]
-    assert results[0] != results[1]
+        options = dataclasses.replace(effect.options, **changes)
+        result = vectorize(effect.image, schedule=effect.schedule, options=options, device=device, on_step=look)
+        values.append(float(effect.measure(Run(result, drawings, losses))))
+    before, after = values
+    assert effect.sign * after > effect.sign * before, (before, after)
 
 
 def test_no_option_is_left_out_above() -> None:
-    changed = {field for _, changes in CHANGES.values() for field in changes}
+    changed = {field for effect in EFFECTS.values() for field in effect.changes}
     assert changed == {field.name for field in dataclasses.fields(Options)}
 
 
