@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from support.runs import QUICK, SMALL
 
 from livecl import Options, Result, vectorize
-from livecl.layering.metrics import self_crossing
+from livecl.quality.layers import self_crossing
 from livecl.run.loop import Step
 from livecl.training.xing import xing_loss
 
