@@ -198,7 +198,7 @@ inline void tile_backward(Site site, int bottom, const Objective *objective, __g
 
 // Backward for a given dL/dimage. From the top layer down, as derived in composite.h,
 //     d_color = a G'      d_a = G' . (c - C)      d_coverage = opacity d_a      d_opacity = coverage d_a,
-// each summed over the tile's pixels but for d_coverage; what is left of G at the bottom is d_background.
+// each summed over the tile's pixels but for d_coverage; the rest of G at the bottom is d_background.
 //
 // params, spans, strip_offsets, tile_state, area  in, as in composite_forward       d_image  (CHANNELS, plane)  in
 // d_coverage  (num_tiles, TILE)  out, in EDGE tiles        d_colors  (num_tiles,)  out, dL/d(r, g, b, opacity) of the tile
@@ -232,7 +232,7 @@ __kernel void composite_loss(int4 band, int num_strips, int num_tiles, __global 
     tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
 }
 
-// The same under the distance weight, which is found here, from what distance.cl knows of each layer.
+// The same under the distance weight, which is found here, from the weights of each layer by distance.cl.
 //
 // distance_spans, distance_strip_offsets, near, closeness, factors  in, as in distance_weight
 __kernel void composite_distance_loss(int4 band, int num_strips, int num_tiles, __global const real *params,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// One layer over what lies below it, and its gradient; the list of layers that a tile sees.
+// Composite one layer over the colour below it, and its gradient; list the layers that a tile sees.
 
 typedef struct {
     realv c[CHANNELS];
 } Color;
 
-// Forward, for a layer of straight colour c, opacity o and coverage v over what lies below, C:
+// Forward, for a layer of straight colour c, opacity o and coverage v over the colour C below:
 //     a = o v      C' = C + a (c - C)
 inline void over_forward(Color *below, Color color, realv a)
 {
@@ -62,7 +62,7 @@ inline int site_tile(Site site, int span_id)
     return site.tile_state[index] == 0 ? -1 : index;
 }
 
-// Leave out what cannot show: all below the num_opaque-th layer from the top that is opaque all over the tile. For colours
+// Leave out hidden layers: all below the num_opaque-th layer from the top that is opaque all over the tile. For colours
 // one such layer is enough; the gradient of its opacity needs what it hides, down to the next.
 inline Site site_at(__global const real *params, __global const int4 *spans, __global const int *strip_offsets,
                     __global const int *tile_state, __global const realv *area, int strip, int tile, int num_opaque)
@@ -83,7 +83,7 @@ inline Site site_at(__global const real *params, __global const int4 *spans, __g
 }
 
 // A run of the layers that a site sees, bottom first: entries `begin` to DEPTH - 1. From the top down all runs have DEPTH
-// layers but the lowest, which has what is left.
+// layers but the lowest, which has the rest.
 #define DEPTH 32
 typedef struct {
     int begin;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage: how much of each pixel lies inside a layer, and what moving the outline does to it.
+// Coverage: share of each pixel inside a layer, and its gradient with respect to the outline.
 //
 // Let A(p) be the integral over pixel p of the layer's winding number. Each line from (x0, y0) to (x1, y1) adds to it, in
 // the rows it passes, its height dy times the share of the pixel to the right of the line; pixels farther right get dy in
@@ -202,7 +202,7 @@ inline real cell_gradient(Cells *cells, int column, int row, int direction)
 // It is right summed over a closed subpath. A line exactly on a border between pixels moves into one or the other: the
 // gradient is the mean of the two one-sided ones, g = (g before + g after) / 2, each with the slope for the change of A that
 // moving there makes: sign(n) moving towards larger coordinates, -sign(n) the other way. (Two opposite lines on one border
-// with nothing between them are an exception: |A| is then no sum of what each line does.)
+// with nothing between them are an exception: |A| is then no sum over lines.)
 //
 // Work-item: one line.
 //

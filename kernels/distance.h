@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The distance weight of a tile, from what distance.cl found for each layer.
+// The distance weight of a tile, from the weights that distance.cl found for each layer.
 
 // Index of a span's tile where closeness is stored, -1 where the layer's outline is not within tau.
 inline int near_tile(int4 span, __global const int *near, int tile)

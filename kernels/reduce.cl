@@ -3,7 +3,7 @@
 // number of threads.
 #include "common.h"
 
-// Work-item: one layer; one more for what belongs to the whole canvas.
+// Work-item: one layer; one more for the sums over the whole canvas.
 //
 // layer_strips, layer_spans, spans  in: where tiles are       tile_state  (num_tiles,)  in: 0 where the layer is not
 // d_colors  (num_tiles,)  in         d_tiles  (strips of the band * num_tiles, 4)  in

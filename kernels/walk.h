@@ -19,7 +19,7 @@ typedef struct {
 } Walk;
 
 // A line that goes less far than this, px, in x or in y is taken not to go there at all where it is divided by how far it
-// goes: of subnormal numbers the quotients are infinite. What it misplaces is this high or wide at most.
+// goes: of subnormal numbers the quotients are infinite. The misplaced part is this high or wide at most.
 #define FLAT ((real)1e-30)
 
 // Cut the part of a line where its y lies within [low, high]; 0 where nothing is left. Cut ends lie exactly at the limit.

@@ -20,13 +20,13 @@ AUTO_PATH_GAIN = 1e-5
 
 
 def _option(default: Any, description: str) -> Any:
-    """Return a field of `Options`, with what its docstring and the command line's help say of it."""
+    """Return a field of `Options`, with its description for docstring and command line."""
     return dataclasses.field(default=default, metadata={"help": description})
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Options:
-    """Parameters of the method; what belongs to one run (paths, schedule, seed, device) is passed to `vectorize`.
+    """Parameters of the method; those of one run (paths, schedule, seed, device) are passed to `vectorize`.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Options:
     )
     shape: Literal["outline", "circle", "random"] = _option(
         "outline",
-        "What new paths look like; an outline is fitted to the region or component",
+        "Shape of new paths; an outline is fitted to the region or component",
     )
     holes: bool = _option(
         True,
@@ -164,17 +164,17 @@ class Options:
         return PRESETS[name](**changes)
 
     def choosing_paths(self) -> Options:
-        """Return the options with a `path_gain`, so that the number of paths is found by what further ones gain."""
+        """Return the options with a `path_gain`, so that the number of paths is chosen by the gain of further ones."""
         return self if self.path_gain else dataclasses.replace(self, path_gain=AUTO_PATH_GAIN)
 
     @classmethod
     def paper(cls, **changes: Any) -> Options:
-        """Return exactly what the paper's text says."""
+        """Return the options of the paper's text."""
         return cls(**{**_PAPER, **changes})
 
     @classmethod
     def released(cls, **changes: Any) -> Options:
-        """Return what the authors' released program does where it differs from their text.
+        """Return the options of the authors' released program where it differs from their text.
 
         One distance weight for the union of the newest paths, added to those of earlier stages; Xing loss of the newest
         paths only, with a further factor of 1e-3; learning rates that fall to 0.4 every 500 steps; components of the

@@ -35,7 +35,7 @@ An existing output file is replaced only when the new one is complete.
 
 
 def parse_arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
-    """Return the arguments; what the command line does not say comes from the file that ``--config`` names.
+    """Return the arguments; those not on the command line come from the file of ``--config``.
 
     Raises
     ------
@@ -95,7 +95,7 @@ Adder = Callable[..., argparse.Action]
 
 
 def _setting(parser: Parser, group: Any) -> Adder:
-    """Return a group's `add_argument`, which also notes the argument as one that a file may set."""
+    """Return a group's `add_argument` that also registers the argument for files of options."""
 
     def add(*names: str, **arguments: Any) -> argparse.Action:
         action: argparse.Action = group.add_argument(*names, **arguments)
@@ -142,7 +142,7 @@ def _add_drawing(add: Adder) -> None:
         "--preset",
         choices=tuple(PRESETS),
         default="default",
-        help="default: what measures best; paper: exactly the published text; released: the authors' program; diffvg: "
+        help="default: lowest error; paper: exactly the published text; released: the authors' program; diffvg: "
         "the paper's comparison, random paths in one stage; icon, clipart, photo, draft: for such pictures, or a quick "
         "look",
     )
@@ -189,9 +189,9 @@ def _add_running(add: Adder) -> None:
         "--time-limit",
         type=number(0, " of seconds"),
         metavar="SECONDS",
-        help="end with the best drawing so far when a picture has taken so long",
+        help="longest time for a picture; the run then ends with the best drawing so far",
     )
-    add("--redo", action=argparse.BooleanOptionalAction, default=False, help="make SVGs again that are done already")
+    add("--redo", action=argparse.BooleanOptionalAction, default=False, help="redo pictures that are already done")
 
 
 def _add_checkpoint(add: Adder) -> None:
@@ -206,7 +206,7 @@ def _add_checkpoint(add: Adder) -> None:
         "--checkpoint-period",
         type=number(0, " of seconds"),
         metavar="SECONDS",
-        help="least time between two checkpoints (default: 5, and a hundred times what writing one takes)",
+        help="least time between two checkpoints (default: 5, and a hundred times the time of writing one)",
     )
     add("--resume", action="store_true", help="go on from the checkpoint of the same command, if there is one")
 
@@ -220,7 +220,7 @@ def _size(text: str) -> int:
 
 
 def _words(file: str, action: argparse.Action, value: Any) -> list[str]:
-    """Return what on a command line says the same as a value in a file."""
+    """Return the words of the command line that are equivalent to a value in a file."""
     option = action.option_strings[0]
     if isinstance(action, argparse.BooleanOptionalAction):
         if not isinstance(value, bool):

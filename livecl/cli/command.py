@@ -86,7 +86,7 @@ def _tell(text: str) -> int:
 
 
 def _information(arguments: argparse.Namespace) -> str:
-    """Return what is asked for in place of work, if anything is."""
+    """Return the information requested instead of work (devices, options), or None."""
     if arguments.show_options:
         return format_config(settings_of(recipe_of(arguments), arguments))
     if arguments.list_devices:

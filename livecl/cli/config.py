@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Options in a TOML file: read for the command line, and written so that what is written reads back."""
+"""Configuration files: options read from TOML, and written so that they read back equal."""
 
 from __future__ import annotations
 

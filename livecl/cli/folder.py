@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several pictures: their progress, and the lines that say what came of them."""
+"""Several pictures: their batch, its progress and its summary."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def run_batch(job: BatchJob) -> bool:
     return not failed
 
 
-#: How the summary of a batch names what became of pictures.
+#: Words for the outcomes in the summary of a batch.
 STATUS_WORDS = {"done": "done", "skipped": "done before", "failed": "failed"}
 
 

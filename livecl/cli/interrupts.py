@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C and SIGTERM, for the command line: asked once they may wait for work to be brought to an end, twice not."""
+"""Ctrl-C and SIGTERM on the command line: the first signal ends the run cleanly, a second one aborts."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
-#: The signals, and how messages name that they came.
+#: Signals, and their names in messages.
 REASONS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
-#: What a shell adds to a signal's number for the exit code of a process that it ended.
+#: Offset that shells add to a signal's number for the exit code of a process.
 SIGNALLED = 128
 
 
 class Interrupted(KeyboardInterrupt):
-    """One of the signals came, and is not waited with."""
+    """A signal arrived and aborts the work."""
 
     def __init__(self, number: int) -> None:
         super().__init__(REASONS[signal.Signals(number)])
@@ -30,12 +30,12 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Interrupts:
-    """Takes the signals for a while, if in the main thread; a context manager.
+    """Context manager that handles the signals, if in the main thread.
 
     Attributes
     ----------
     pending : Interrupted or None
-        What came while it was to wait.
+        The deferred signal.
     """
 
     def __init__(self) -> None:
@@ -44,7 +44,7 @@ class Interrupts:
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Interrupts:
-        """Take the signals, but for those that the process was started to ignore."""
+        """Install handlers, except for signals that the process was started to ignore."""
         if threading.current_thread() is threading.main_thread():
             for number in REASONS:
                 if signal.getsignal(number) not in (signal.SIG_IGN, None):
@@ -52,14 +52,14 @@ class Interrupts:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Give the signals back to whoever had them."""
+        """Restore the former handlers."""
         for number, handler in self._before.items():
             signal.signal(number, handler)
         self._before.clear()
 
     @contextlib.contextmanager
     def waiting(self) -> Iterator[None]:
-        """Within, the first signal is only noted; a second, and one after, raises :class:`Interrupted`."""
+        """Defer the first signal; a second one, and one afterwards, raises :class:`Interrupted`."""
         self._waits = True
         try:
             yield
@@ -67,7 +67,7 @@ class Interrupts:
             self._waits = False
 
     def reason(self) -> str | None:
-        """Return why the work is to come to an end, if it is; a `Control.stop`."""
+        """Return the reason to stop, or None; a `Control.stop`."""
         return None if self.pending is None else str(self.pending)
 
     def _handle(self, number: int, frame: FrameType | None) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the command line says on standard error: errors, warnings, the log, the lines at the end."""
+"""Messages of the command line on standard error: errors, warnings, the log, the summary."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def say(message: str) -> None:
 
 
 def complain(message: str, command: str = "livecl") -> None:
-    """Write the line that says why the work could not be done."""
+    """Write the error that ended the work, as one line."""
     say(f"{command}: error: {readable(message)}")
 
 
@@ -32,7 +32,7 @@ def write_standard(data: bytes) -> None:
     Raises
     ------
     OSError
-        If that cannot be done; what is left is then thrown away, so that Python does not try again when it ends.
+        If it fails; the rest is then discarded, so that Python does not retry at exit.
     """
     try:
         sys.stdout.flush()
@@ -52,7 +52,7 @@ class _Handler(logging.Handler):
 
 @contextlib.contextmanager
 def messages(*, quiet: bool, verbose: bool) -> Iterator[None]:
-    """Have the library's log and its warnings go to standard error, one line each, for a while.
+    """Context manager: show the library's log and warnings on standard error, one line each.
 
     Parameters
     ----------

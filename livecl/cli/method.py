@@ -32,7 +32,7 @@ def add_method(add: Callable[..., argparse.Action]) -> None:
 
 
 def given_options(arguments: argparse.Namespace) -> Options:
-    """Return the options: the preset's, with what the arguments change.
+    """Return the options: the preset's, as changed by the arguments.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def given_options(arguments: argparse.Namespace) -> Options:
 
 
 def _converter(name: str, kind: type) -> Callable[[str], Any]:
-    """Return a converter of text to a field's value, which refuses what `Options` refuses for that field by itself."""
+    """Return a converter of text to a field's value that refuses values refused by `Options`."""
 
     def convert(text: str) -> Any:
         value: Any = text

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files that a run writes: named, and checked before the work, in one place, and written after it."""
+"""Output files of a run: their list, the checks before the work, and the writing after it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ STANDARD = "-"
 
 @dataclasses.dataclass(frozen=True)
 class Finished:
-    """A run that has ended, for what is written of it.
+    """A finished run, as the outputs need it.
 
     Attributes
     ----------
@@ -41,9 +41,9 @@ class Finished:
     image : (H, W, 3) or (H, W, 4) float32
         The picture.
     recipe : Recipe
-        What was done.
+        Paths, options and size of the run.
     result : Result
-        What came of it.
+        Result of the run.
     command : tuple of str
         The words that asked for it.
     course : Course or None
@@ -66,7 +66,7 @@ class Finished:
 
 @dataclasses.dataclass(frozen=True)
 class Output:
-    """A kind of output beside the SVG: an entry in `OUTPUTS` is all that it takes.
+    """A kind of output beside the SVG; an entry in `OUTPUTS` adds one.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Output:
     parts : callable, optional
         Of an output that is a folder: the files in it, from the folder and the number of stages.
     suffixes : tuple of str
-        What the file's name may end in, where that matters.
+        Allowed endings of the file's name; empty for any.
     extra : (str, str) or None
         A module that it needs, and the extra that brings it.
     shows_course : bool
@@ -122,7 +122,7 @@ def write_json(file: Path, finished: Finished) -> None:
 
 
 def facts(finished: Finished) -> dict[str, Any]:
-    """Return what ``--json`` writes: size, options, error, layers (bottom first) and stages.
+    """Return the content of ``--json``: size, options, error, layers (bottom first) and stages.
 
     Seconds are without compilation, which stands apart.
     """
@@ -214,7 +214,7 @@ def write_mp4(file: Path, finished: Finished) -> None:
         finished.course.save_mp4(file, result=finished.result, device=finished.device, progress=progress.show)
 
 
-#: What can be written beside the SVG, in the order in which it is.
+#: Outputs beside the SVG, in the order of writing.
 OUTPUTS = (
     Output("stages", "DIR", "also write the drawing after each stage: DIR/stage-1.svg ...", write_stages, stage_files),
     Output("json", "FILE", "also write size, options, error, layers and seconds as JSON", write_json),
@@ -259,7 +259,7 @@ def check_outputs(
     num_stages: int,
     checkpoint: str | os.PathLike[str] | None = None,
 ) -> None:
-    """Raise ValueError for what could not be written at the end, and for what would overwrite picture or output."""
+    """Raise ValueError for outputs that cannot be written, or would overwrite the picture or each other."""
     files = [] if output == STANDARD else [Path(output)]
     if checkpoint is not None:
         files.append(Path(checkpoint))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One picture: its run, what is written of it, and the lines that say what came of it, however it ended."""
+"""One picture: its run, its outputs, and the summary, however the run ended."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FAR = 5e-3
 
 
 def run_job(job: Job, interrupts: Interrupts) -> int:
-    """Vectorize a picture, write what is to be written, and return the exit code.
+    """Vectorize a picture, write the outputs, and return the exit code.
 
     Until the SVG is written, a signal only brings the run to its end, and a second one ends all at once; then the first
     does.
@@ -70,7 +70,7 @@ def run_job(job: Job, interrupts: Interrupts) -> int:
 
 
 def _announce(job: Job) -> None:
-    """Say what may not be as expected."""
+    """Warn about reduced size and restarts."""
     height, width = job.image.shape[:2]
     smaller = working_size((height, width), job.recipe.size)
     if smaller != (height, width):
@@ -87,7 +87,7 @@ def _announce(job: Job) -> None:
 
 
 def _worked(job: Job, interrupts: Interrupts) -> tuple[Finished | None, RunError | None]:
-    """Return what came of the run, and how it failed."""
+    """Run, and return the finished run and the failure; either may be None."""
     course, failure, result = None, None, None
     control = dataclasses.replace(job.control, stop=interrupts.reason)
     with RunProgress(job.recipe.options.revisions, quiet=job.quiet) as progress:
@@ -113,7 +113,7 @@ def _exit_code(failure: RunError | None, reason: str | None, interrupts: Interru
 
 
 def _write_svg(job: Job, finished: Finished) -> bool:
-    """Write the SVG; where that cannot be done, put it where it can, and say so."""
+    """Write the SVG; if that fails, save it in a temporary folder, with a message."""
     try:
         write_svg(job.output, finished)
     except OSError as error:
@@ -135,7 +135,7 @@ def _rescue(job: Job, finished: Finished) -> str:
 
 
 def _write(kind: Output, path: Path, finished: Finished) -> bool:
-    """Write an output; where that cannot be done, say so."""
+    """Write an output; if that fails, report it."""
     try:
         kind.write(path, finished)
     except OSError as error:
@@ -148,7 +148,7 @@ def _write(kind: Output, path: Path, finished: Finished) -> bool:
 
 
 def _clean_up(job: Job) -> None:
-    """Delete what was kept in case that the run did not come to this end."""
+    """Delete the checkpoint and leftover temporary files."""
     if job.output != STANDARD:
         remove_leftovers(job.output)
     if job.control.checkpoint is not None:
@@ -167,7 +167,7 @@ def _line(job: Job, result: Result, reason: str | None) -> str:
 
 
 def _hint(recipe: Recipe, result: Result) -> str:
-    """Return what to try where the drawing is far from the picture; nothing where it is not."""
+    """Return a hint if the drawing is far from the picture, else ""."""
     used, most = result.drawing.num_layers, sum(recipe.stages)
     if result.stopped is not None or not result.mse >= FAR:
         return ""

@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 class _Progress:
-    """What all progress bars share: they are closed where they are left."""
+    """Base class of the progress bars, context managers that close them."""
 
     def __init__(self, total: int | None, unit: str, *, quiet: bool) -> None:
         from tqdm import tqdm
@@ -89,7 +89,7 @@ class FilmProgress(_Progress):
     Parameters
     ----------
     name : str
-        What is written.
+        Name of the file written.
     quiet : bool
         Show none.
     """

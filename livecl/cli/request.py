@@ -30,7 +30,7 @@ from livecl.svg import read_svg
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Job:
-    """One picture, read, and what is to be made of it."""
+    """A request for one picture, which has been read."""
 
     name: str
     image: NDArray[np.float32]
@@ -45,18 +45,18 @@ class Job:
 
     @property
     def output_name(self) -> str:
-        """What messages call the SVG."""
+        """Name of the SVG in messages."""
         return "standard output" if self.output == STANDARD else self.output
 
     @property
     def kept(self) -> str:
-        """What there is of a run that was ended at once."""
+        """Message on the outputs of an aborted run."""
         return f"nothing was written{going_on(self.control)}"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class BatchJob:
-    """Several pictures for one folder."""
+    """A request for several pictures in one folder."""
 
     batch: Batch
     folder: str
@@ -64,7 +64,7 @@ class BatchJob:
 
     @property
     def kept(self) -> str:
-        """What there is of a batch that was ended."""
+        """Message on the outputs of an aborted batch."""
         return f"what was finished is in {self.folder}"
 
 
@@ -110,7 +110,7 @@ def checked(arguments: argparse.Namespace) -> Job | BatchJob:
 
 
 def recipe_of(arguments: argparse.Namespace) -> Recipe:
-    """Return what is to be done to each picture."""
+    """Return the recipe: paths, options and size for each picture."""
     paths, schedule = arguments.paths, arguments.schedule
     start = None if arguments.start is None else read_svg(arguments.start)
     if paths is None and schedule is None and start is None:
@@ -131,7 +131,7 @@ def recipe_of(arguments: argparse.Namespace) -> Recipe:
 
 
 def _locked(start: Drawing | None, specs: Sequence[str]) -> tuple[int, ...]:
-    """Return the layers that are named, each once."""
+    """Return the indices of the layers named by ``--lock``, each once."""
     if start is None:
         if specs:
             raise ValueError("--lock: layers of what? name the drawing that they belong to with --start")
@@ -140,7 +140,7 @@ def _locked(start: Drawing | None, specs: Sequence[str]) -> tuple[int, ...]:
 
 
 def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return what a file of options says that leads to the same recipe."""
+    """Return the settings of a file of options that leads to the same recipe."""
     return {
         **({} if recipe.chooses_paths else _said_of_paths(recipe)),
         "size": recipe.size,

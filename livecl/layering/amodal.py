@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A thing that something else lies across, in one piece: its visible parts, joined behind what hides the rest of it."""
+"""Amodal completion: join the visible parts of an occluded region."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from livecl.layering.masks import connected
 from livecl.layering.stack import Window, window_of
 
 BoolArray = NDArray[np.bool_]
-#: At most so many hidden pixels are joined to each visible one: no more is imagined than is seen. Without a limit, eyes
+#: Largest ratio of hidden to visible pixels: no more is completed than is visible. Without a limit, eyes
 #: and mouth become one band behind a head with holes.
 MOST_HIDDEN = 1.0
 
@@ -30,12 +30,12 @@ class Completion:
 
 
 def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Completion:
-    """Join a region with other parts of its colour behind hidden pixels, where that can be.
+    """Complete a region: join it with other parts of its colour behind hidden pixels.
 
     Parameters
     ----------
     region : (H, W) bool
-        What is visible of a thing in one place.
+        One visible part of an occluded region.
     alike : (H, W) bool
         All pixels of its colour, the region's among them.
     hidden : (H, W) bool
@@ -45,7 +45,7 @@ def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Complet
     -------
     Completion
         Of the pixels that are alike or hidden those that hang together with the region, within the convex hull of the
-        parts joined: nothing else is to be painted. None where there is no other part to join, or more than
+        parts joined. None if there is no other part to join, or if more than
         `MOST_HIDDEN` would be hidden.
     """
     from skimage.morphology import convex_hull_image

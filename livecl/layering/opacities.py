@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Opacities of layers without background that follow what is added.
+"""Following opacities: adapt translucent layers to a new one, in drawings without background.
 
 Paint of one colour over or under translucent paint of the same adds to its alpha everywhere. So a wider layer beneath,
 which on opaque layers would be seen only around them, spoils them here, unless their opacity falls. In training it
-does; so a new layer is judged by what it removes after that.
+does; so a new layer is judged by the error removed after that.
 
 Where layers do not change their order, the picture is linear in the opacity of each: that of layer k changed by a
 factor 1 + s changes the picture by s d_k, with d_k = a_k T_k (c_k - C_k) (livecl/layering/painting.py). Of an error r,
@@ -54,7 +54,7 @@ class Opacities:
     def followers(
         self, color: NDArray[Any], depths: list[int], window: Window, pixels: Pixels
     ) -> list[Callable[[NDArray[Any]], float]]:
-        """Return for each depth what another layer will remove, following a new one of some alpha at a window's pixels.
+        """Return for each depth the gain of the layer that follows a new one, as a function of the new alpha.
 
         That is the layer above the new one, or below one on top the layer that it overlaps most.
         """

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A picture in layers, into which a new layer can be tried at any depth.
+"""Trials of a new layer at any depth: its gain in closed form, without compositing again.
 
 With C_k the picture of the background and the k lowest layers, and T_k the transmittance of all layers above them, a
 new layer of alpha v and colour c between the two changes the picture by
 
     v T_k (c - C_k),
 
-so that what it does to the squared error is known without compositing anything again.
+so that its effect on the squared error is known without compositing anything again.
 """
 
 from __future__ import annotations
@@ -44,16 +44,16 @@ class Trial:
 
 
 class Painting:
-    """Layers, and the target that they are to come close to.
+    """Trials of new layers in a stack, against a target.
 
     Parameters
     ----------
     target : (H, W, C) array
-        The picture wanted: RGB, or premultiplied RGBA.
+        RGB, or premultiplied RGBA.
     stack : LayerStack
         The layers so far.
     follow : bool
-        Whether the opacities of translucent layers follow what is added, see :mod:`livecl.layering.opacities`.
+        Whether the opacities of translucent layers follow new layers, see :mod:`livecl.layering.opacities`.
     """
 
     def __init__(self, target: NDArray[Any], stack: LayerStack, follow: bool = False) -> None:
@@ -85,7 +85,7 @@ class Painting:
         Notes
         -----
         A layer of alpha v takes the error E to E - v d, d = T_k (c - C_k), and so removes v (2 E . d) - v^2 |d|^2 of
-        its square: what does not depend on v is found once for all layers.
+        its square: the factors independent of v are computed once for all layers.
         """
         stack, top = self.stack, len(self.stack)
         alphas = [np.asarray(alpha, dtype=np.float32) for alpha in alphas]

@@ -24,7 +24,7 @@ TARGET_LEVELS = ((0.0, 4), (0.0, 8), (1.0, 8), (2.0, 6), (4.0, 6))
 #: Levels per unit that the difference from the target is rounded to, in each channel. Without a background, paint can
 #: add alpha but not take it away: most candidates are of no use, and small differences are looked at too.
 DIFFERENCE_LEVELS, TRANSPARENT_LEVELS = (4, 8), (4, 8, 16, 32)
-#: Two regions whose gain and area differ by less than about one part in so many count as the same.
+#: Regions count as duplicates if gain and area differ by less than about 1 / `ALIKE`.
 ALIKE = 20
 #: Difference in any channel up to which two regions' mean colours count as the same.
 SAME_COLOR = 0.05
@@ -72,9 +72,9 @@ class RegionFinder:
     Parameters
     ----------
     target, image : (H, W, C) float64
-        What is wanted, and what is rendered so far: RGB, or premultiplied RGBA.
+        Target, and the render so far: RGB, or premultiplied RGBA.
     check : callable
-        Called after each partition; what it raises ends the search.
+        Called after each partition; an exception ends the search.
     """
 
     def __init__(self, target: FloatArray, image: FloatArray, check: Callable[[], None] = lambda: None) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layers of known alpha and colour, composited at every depth: what lies beneath each, and what is seen through."""
+"""Stack of rendered layers: the composite below, and the transmittance above, each depth."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Window = tuple[slice, slice]
 
 #: Numbers that grounds and transmittances of all depths may take: 256 MiB. A picture of more layers counts as one.
 MAX_NUMBERS = 1 << 26
-#: Transmittance up to which what lies below counts as hidden.
+#: Transmittance up to which the layers below count as hidden.
 LEAST_SEEN = 0.02
 WHOLE: Window = slice(None), slice(None)
 NOWHERE: Window = slice(0, 0), slice(0, 0)

@@ -115,14 +115,14 @@ class Pipeline:
         return plane
 
     def begin_backward(self, pieces: ArrayLike | None) -> Callable[[], tuple[float, Gradients]]:
-        """Launch what differentiates a loss of the given ``d_image``; see :meth:`begin_loss`."""
+        """Launch the backward kernels for a loss of the given ``d_image``; see :meth:`begin_loss`."""
         (spans,) = self._scene.flatten(Use("coverage", pieces, 0))
         return self._begin("composite_backward", spans)
 
     def begin_loss(
         self, weight: DistanceWeight | None, pieces: ArrayLike | None
     ) -> Callable[[], tuple[float, Gradients]]:
-        """Launch what finds the weighted squared error and its gradient, by ``target``, ``scale`` and a weight.
+        """Launch the kernels of the weighted squared error and its gradient, by ``target``, ``scale`` and a weight.
 
         Parameters
         ----------
@@ -193,7 +193,7 @@ class Pipeline:
             self.launcher("distance_normalize", 1, "distance")
 
     def _begin(self, composite: str, spans: Spans, covered: bool = False) -> Callable[[], tuple[float, Gradients]]:
-        """Cover, composite with a gradient, gather it, band after band; what is returned brings the result back."""
+        """Cover, composite with a gradient and gather it, band after band; the returned callable fetches the result."""
         run, drawing = self.launcher, self._scene.drawing
         assert drawing is not None
         num_layers, num_segments = drawing.num_layers, drawing.num_segments

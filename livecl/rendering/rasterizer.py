@@ -35,7 +35,7 @@ class Rasterizer:
     Coverage is exact area coverage under the nonzero rule (kernels/coverage.cl states where), layers are composited
     `over` in paint order. Everything an object does is in a fixed order: the same input gives the same bytes.
 
-    Threads may share an object: each has buffers of its own, and differentiates what it rendered itself.
+    Threads may share an object: each has buffers of its own, and differentiates the drawing that it rendered itself.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ class Rasterizer:
         drawing, pieces
             As for :meth:`forward`.
         target : (H, W, 3) or (H, W, 4) array_like, or DeviceImage
-            What the image should be; premultiplied RGBA where the drawing has no background.
+            Target; premultiplied RGBA where the drawing has no background.
         weight : (H, W) array_like, DeviceImage or DistanceWeight
             Weight of each pixel, a constant in the gradient.
         scale : float

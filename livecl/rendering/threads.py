@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What each thread that uses a rasterizer has for itself: buffers, kernels, and the drawing that it rendered last."""
+"""Per-thread state of a rasterizer: buffers, kernels, and the drawing rendered last."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`Drawing` and SVG, both ways.
 
-What is saved is what a drawing holds after :func:`quantize`, to the last digit: :func:`read_svg` gives it back equal.
+A saved file holds the drawing of :func:`quantize`, to the last digit: :func:`read_svg` gives it back equal.
 """
 
 import lazy_loader

@@ -37,7 +37,7 @@ _ANGLES = {"": 1.0, "deg": 1.0, "grad": 0.9, "turn": 360.0, "rad": 180 / math.pi
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Units:
-    """What relative units of length refer to: font sizes and the canvas, px; `guesses` counts what is assumed."""
+    """Reference of relative units of length: font sizes and the canvas, px; `guesses` counts assumptions."""
 
     font: float = FONT_SIZE
     root_font: float = FONT_SIZE

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gradients of SVG, read to what a drawing's fill is: points in px and stops, padded.
+"""Gradients of SVG as the fills of a drawing have them: points in px and stops, padded.
 
 A linear gradient is p0, p1: t = (p - p0) . (p1 - p0) / |p1 - p0|^2. A radial one is a centre and the ends of two axes:
 t is the distance from the centre in the frame where the axes are of length 1 at right angles. Colours between stops are
-linear in straight sRGB. What SVG has beside this becomes it: exactly so for units, transforms, repeats and an inner
+linear in straight sRGB. Other forms of SVG are converted: exactly for units, transforms, repeats and an inner
 radius; approximately for a focal point beside the centre.
 """
 
@@ -33,7 +33,7 @@ class Gradient:
     Attributes
     ----------
     kind : {"linear", "radial"}
-        What its points are.
+        Meaning of `points`.
     points : (2, 2) or (3, 2)
         Linear: where t is 0 and 1. Radial: the centre, and the ends of two axes, where t is 1. px.
     stops : (K, 5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A layer as it is read from an SVG, and what of its name, stage and place the reader asks."""
+"""A layer as it is read from an SVG: its name, stage and place."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _STAGE_LABEL, _STAGE_ID = re.compile(r"stage (-?\d{1,9})"), re.compile(r"stage-(
 
 
 class LeftOut(collections.Counter[str]):
-    """Counts, by kind, what of an SVG a drawing does not represent, and how far off what stands for it is."""
+    """Counter of unsupported features of an SVG by kind, and the errors of approximations."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -63,7 +63,7 @@ class Layer:
 
 
 def layer_name(element: Element, identifier: str) -> str:
-    """Return what a shape is called: its Inkscape label, or its title, or its id."""
+    """Return the name of a shape: its Inkscape label, or its title, or its id."""
     title = element.find(f"{{{SVG_NAMESPACE}}}title")
     texts = (
         element.get(f"{{{INKSCAPE_NAMESPACE}}}label", ""),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an SVG element is painted with: fill and opacity; and what of its style has no counterpart in a `Drawing`."""
+"""Fill and opacity of an SVG element, and the properties without a counterpart in a `Drawing`."""
 
 from __future__ import annotations
 

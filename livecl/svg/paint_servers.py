@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Paint servers of an SVG: its gradient elements, with what they inherit, resolved for the shapes that they fill."""
+"""Paint servers of an SVG: gradient elements and their inheritance, resolved for the filled shapes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _COMMON = ("gradientUnits", "gradientTransform", "spreadMethod")
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
 class Filled:
-    """A shape that a gradient fills: its outline in its own frame, that frame on the canvas, and what lengths refer to.
+    """A shape filled by a gradient: its outline, the frame of the outline on the canvas, and its units.
 
     Attributes
     ----------
@@ -43,9 +43,9 @@ class Filled:
     viewport : (float, float)
         Width and height that percentages refer to, user units.
     units : Units
-        What relative units refer to.
+        Reference of relative units.
     opacity : float
-        What the stops' opacities are multiplied by.
+        Factor of the stops' opacities.
     """
 
     outline: list[FloatArray]
@@ -67,7 +67,7 @@ class PaintServers:
     sheet : StyleSheet
         Styles of the document.
     left_out : LeftOut
-        Where what is not represented, or approximated, is counted.
+        Counter of unsupported and approximated features.
     """
 
     def __init__(self, root: Element, ids: Mapping[str, Element], sheet: StyleSheet, left_out: LeftOut) -> None:
@@ -84,14 +84,14 @@ class PaintServers:
         return element is not None and tag_of(element) in _GEOMETRY
 
     def fill(self, identifier: str, shape: Filled) -> Gradient | Rgba | None:
-        """Return what a gradient fills a shape with; None for nothing, as where it has no stops.
+        """Return a shape's fill by a gradient; None for nothing, as without stops.
 
         Parameters
         ----------
         identifier : str
             Id of a gradient.
         shape : Filled
-            What is filled.
+            The filled shape.
         """
         chain = self._chain(self._ids[identifier])
         stops = self._stops_of(chain)

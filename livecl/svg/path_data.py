@@ -34,7 +34,7 @@ _CSS_PATH = re.compile(r"""path\(\s*(["'])(.*)\1\s*\)""", re.DOTALL)
 
 
 def plain_data(text: str) -> str:
-    """Return path data without what CSS writes around it: ``path("...")``."""
+    """Return path data without the CSS function around it: ``path("...")``."""
     match = _CSS_PATH.fullmatch(text.strip()) if text.lstrip().startswith("path") else None
     return match[2] if match else text
 
@@ -165,7 +165,7 @@ class _Pen:
         self._point, self._before = self._start, "Z"
 
     def finish(self) -> None:
-        """Close what was drawn since the last move and keep it, unless it encloses nothing."""
+        """Close the subpath since the last move and keep it, unless it encloses nothing."""
         cubics, start, point = self._cubics, self._start, self._point
         if cubics:
             scale = max(1.0, abs(start.real), abs(start.imag))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """CSS selectors matched against an SVG tree, within a bound on the work.
 
-cssselect2 compiles and tests selectors; the elements and the matcher here count what the tests look at, since a chain
+cssselect2 compiles and tests selectors; the elements and the matcher here count the looks of its tests, since a chain
 of descendant combinators looks at depth to the power of its length.
 """
 
@@ -33,7 +33,7 @@ class _Work:
 
 
 class _Node(cssselect2.ElementWrapper):  # type: ignore[misc]  # cssselect2 has no types
-    """An element of the tree that counts what selectors look at around it."""
+    """An element of the tree that counts the looks of selectors around it."""
 
     def __init__(self, etree_element: Element, parent: _Node | None, index: int, *rest: Any, **more: Any) -> None:
         self.work: _Work = _Work() if parent is None else parent.work
@@ -72,7 +72,7 @@ def _chain(node: _Node | None, link: str) -> Iterator[_Node]:
 
 
 class Matcher(cssselect2.Matcher):  # type: ignore[misc]  # cssselect2 has no types
-    """Selectors with what belongs to them, matched against the elements of one tree.
+    """Selectors and their payloads, matched against the elements of one tree.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class Matcher(cssselect2.Matcher):  # type: ignore[misc]  # cssselect2 has no ty
         namespaces : dict of str
             URL of each namespace's prefix; that of None is the default.
         payload : object
-            What :meth:`payloads` gives for elements that one of the selectors matches.
+            Value of :meth:`payloads` for elements that one of the selectors matches.
         """
         selectors: list[list[Any]] = [[]]
         for token in prelude:
@@ -117,7 +117,7 @@ class Matcher(cssselect2.Matcher):  # type: ignore[misc]  # cssselect2 has no ty
         return True
 
     def payloads(self, element: Element) -> list[Any]:
-        """Return what belongs to the selectors that match an element, the most specific and latest last."""
+        """Return the payloads of the selectors that match an element, the most specific and latest last."""
         if not self.order:
             return []
         if not self._nodes:

@@ -29,7 +29,7 @@ def shape_outline(
     viewport : (float, float)
         Width and height that percentages refer to, px.
     units : Units, optional
-        What relative units refer to.
+        Reference of relative units.
 
     Raises
     ------

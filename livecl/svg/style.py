@@ -76,14 +76,14 @@ _Declarations = tuple[tuple[str, str, bool], ...]
 
 
 class StyleSheet:
-    """The style sheets of a document, and what each element's properties are.
+    """The style sheets of a document, and the properties of each element.
 
     Parameters
     ----------
     root : Element
         The ``<svg>`` element.
     left_out : Counter
-        Where what cannot be read is counted.
+        Counter of style rules and values that cannot be read.
 
     Raises
     ------
@@ -133,7 +133,7 @@ class StyleSheet:
     def properties(self, element: Element, parent: Mapping[str, str]) -> dict[str, str]:
         """Return the attributes of an element, and its properties as its attributes and the sheets state them.
 
-        From the weakest: its attributes, rules that match, its style attribute, and what is ``!important`` of both.
+        From the weakest: its attributes, rules that match, its style attribute, and ``!important`` ones of both.
         Values that CSS does not know are ignored and counted.
 
         Parameters

@@ -48,7 +48,7 @@ _KNOWN = _CONTAINERS | _SHAPES | _LEFT_OUT.keys() | {"use"}
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Context:
-    """What an element takes from those around it; `shown` has the elements that <use> shows around it."""
+    """Inherited state of an element; `shown` has the elements that <use> shows around it."""
 
     matrix: FloatArray
     style: dict[str, str]
@@ -62,7 +62,7 @@ class _Context:
 
 
 class Walker:
-    """Collects the layers of a document, and counts what they cannot represent.
+    """Collects the layers of a document, and counts unsupported features.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class Walker:
     size : (float, float)
         Width and height of the canvas, px.
     left_out : LeftOut
-        How often what was met that a drawing cannot represent.
+        Counts of unsupported features by kind.
 
     Raises
     ------
@@ -253,7 +253,7 @@ class Walker:
         return red, green, blue, alpha
 
     def _fill(self, outline: list[FloatArray], here: _Context) -> Gradient | Rgba | None:
-        """Return what fills an outline in user units: a gradient, straight RGBA, or nothing."""
+        """Return the fill of an outline in user units: a gradient, straight RGBA, or nothing."""
         text = here.style.get("fill", "black")
         paint = parse_paint(text)
         if "icc-color" in text:

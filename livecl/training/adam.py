@@ -74,7 +74,7 @@ class Adam:
         Returns
         -------
         (K, ...) float64
-            What to add to the parameters.
+            Step to add to the parameters.
         """
         self.ages += 1
         self.mean += (1 - BETA1) * (gradient - self.mean)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run minimizes: the pixel loss under its weight, and the Xing loss."""
+"""Objective of a run: the pixel loss (eq. 2 or its plain mean) and the Xing loss (eq. 4)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from livecl.training.state import State
 from livecl.training.xing import xing_loss
 
 #: Distance px between curve and lines that the distance weight is measured with: a fortieth of tau, where the weight
-#: falls to 0, and a quarter of the lines that the picture needs (docs/performance.md has what it costs and saves).
+#: falls to 0, and a quarter of the lines that the picture needs (cost and gain: docs/notes/performance.md).
 DISTANCE_TOLERANCE = 0.25
 
 

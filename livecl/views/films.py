@@ -20,7 +20,7 @@ from livecl.views.frames import encode_gif, render_frames
 
 #: x264's constant rate factor: 18 and less is taken for visually lossless.
 RATE_FACTOR = 18
-#: A GIF counts in hundredths of a second; browsers slow down what is shown for less than two of them.
+#: A GIF counts in hundredths of a second; browsers slow down frames shown for less than two of them.
 SHORTEST_FRAME = 0.02
 #: Longest time, s, that a film may stand still at its end.
 MAX_HOLD = 3600
@@ -120,7 +120,7 @@ def save_gif(
 ) -> None:
     """Write drawings as an animated GIF that never ends, replacing an existing file atomically.
 
-    All frames share one palette, so that what stands still does not flicker. What is transparent lies on white.
+    All frames share one palette, so that static areas do not flicker. Transparent areas lie on white.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ MAX_PIXELS = 1 << 26
 def render_frames(
     drawings: Sequence[Drawing], scale: float = 1.0, device: int | str | None = None
 ) -> Iterator[NDArray[np.float32]]:
-    """Render drawings one after the other, at another scale, what is transparent over white.
+    """Render drawings one after the other, at another scale, over white.
 
     Parameters
     ----------
@@ -64,9 +64,9 @@ def render_frames(
 
 
 def encode_gif(frames: Sequence[NDArray[Any]], durations: Sequence[float]) -> bytes:
-    """Return pictures as a GIF that never ends.
+    """Encode pictures as a GIF that repeats for ever.
 
-    All frames share one palette, so that what stands still does not flicker. The most frequent colours are exact, the
+    All frames share one palette, so that static areas do not flicker. The most frequent colours are exact, the
     others the nearest of the palette, without dithering.
 
     Parameters
@@ -74,7 +74,7 @@ def encode_gif(frames: Sequence[NDArray[Any]], durations: Sequence[float]) -> by
     frames : sequence of (H, W, 3) array
         RGB in [0, 1].
     durations : sequence of float
-        Seconds for which each is shown, rounded to hundredths; browsers slow down what is under two of them.
+        Seconds for which each is shown, rounded to hundredths; browsers slow down frames below two of them.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def encode_gif(frames: Sequence[NDArray[Any]], durations: Sequence[float]) -> by
 def _palette(frames: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
     """Return colours that serve all frames: half of them the most frequent ones, so that flat areas keep theirs.
 
-    The others are medians of what is left: (K, 3), K at most `PALETTE`.
+    The others are medians of the remaining colours: (K, 3), K at most `PALETTE`.
     """
     from PIL import Image
 

@@ -21,7 +21,7 @@ from livecl.run.result import Result
 
 #: Longest side of a picture in a sheet, px, unless told otherwise, and the most of them in a row.
 CELL, MAX_COLUMNS = 240, 7
-#: Checkerboard beneath what is transparent: its two greys, and the side of a square, px.
+#: Checkerboard beneath transparent pictures: its two greys, and the side of a square, px.
 CHECKERBOARD, SQUARE = (1.0, 0.88), 8
 _INK, _FAINT_INK, _FRAME = (32, 32, 32), (112, 112, 112), (204, 204, 204)
 
@@ -86,7 +86,7 @@ def save_sheet(
     columns: int | None = None,
     device: int | str | None = None,
 ) -> None:
-    """Write what :func:`stage_sheet` shows as a PNG file, replacing an existing one atomically."""
+    """Write the sheet of :func:`stage_sheet` as a PNG file, replacing an existing one atomically."""
     save_image(path, stage_sheet(image, result, cell=cell, columns=columns, device=device))
 
 

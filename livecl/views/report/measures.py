@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the report measures: what each layer amounts to, and what is left between drawings and target."""
+"""Measures in the report: area, gain and size of each layer, and difference images."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FloatArray = NDArray[np.float32]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class LayerFacts:
-    """What a layer of a drawing amounts to.
+    """Measures of a layer.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class LayerFacts:
 
 
 def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rasterizer) -> list[LayerFacts]:
-    """Return what each layer amounts to.
+    """Measure each layer of a drawing.
 
     Parameters
     ----------
@@ -65,8 +65,8 @@ def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rast
     svg : str
         The drawing as it is saved.
     target : (H, W, 3) or (H, W, 4) float32
-        What its render is compared with, see :func:`livecl.image.background.target_over`; it may have fewer pixels than
-        the canvas.
+        Target of its render, see :func:`livecl.image.background.target_over`; it may have fewer pixels than the
+        canvas.
     rasterizer : Rasterizer
         One of the target's size.
     """
@@ -100,7 +100,7 @@ def page_size(drawing: Drawing) -> tuple[int, int]:
 
 
 def differences(errors: list[FloatArray]) -> tuple[list[str], int]:
-    """Return pictures of what is left between drawings and target, as addresses, and how often they are amplified.
+    """Return difference images of drawings and target, as ``data:`` addresses, and their amplification.
 
     A pixel's ink is the root mean square of the error's channels.
     """

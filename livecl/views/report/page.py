@@ -34,7 +34,7 @@ def write_report(
     name: str | None = None,
     device: int | str | None = None,
 ) -> None:
-    """Write what :func:`format_report` returns, replacing an existing file atomically; arguments as there."""
+    """Write the page of :func:`format_report`, replacing an existing file atomically; arguments as there."""
     write_atomically(path, format_report(image, result, command=command, name=name, device=device))
 
 
@@ -61,7 +61,7 @@ def format_report(
     command : str or sequence of str, optional
         The command that repeats it, as a line, or as its arguments, which are quoted.
     name : str, optional
-        What the picture is called.
+        Name of the picture.
     device : int, str or None
         OpenCL device that renders.
 
@@ -137,5 +137,5 @@ def _resource(name: str) -> str:
 
 
 def _content_hash(content: str) -> str:
-    """Return what a content security policy names an inline style or script by."""
+    """Return the hash of an inline style or script for a content security policy."""
     return f"sha256-{base64.b64encode(hashlib.sha256(content.encode()).digest()).decode('ascii')}"
