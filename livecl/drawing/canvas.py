@@ -1,11 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Canvases of drawings."""
+"""Where the layers of drawings lie on their canvases."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from livecl.drawing.drawing import Drawing
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from livecl.drawing.drawing import Drawing
+
+
+def layer_boxes(drawing: Drawing) -> NDArray[np.float64]:
+    """Return (x_min, y_min, x_max, y_max) of each layer's control points, which hold its outline: (N, 4), px."""
+    if not drawing.num_layers:
+        return np.zeros((0, 4))
+    starts, points = 3 * drawing.segment_offsets[:-1], drawing.points.reshape(-1, 2)
+    return np.concatenate([np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)], axis=1)
 
 
 def check_canvases(drawings: Sequence[Drawing]) -> None:

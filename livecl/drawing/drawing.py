@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -109,6 +110,45 @@ class Drawing:
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
         self.__dict__.update(values)
+
+    @classmethod
+    def from_outlines(
+        cls,
+        outlines: Sequence[Sequence[ArrayLike]],
+        colors: ArrayLike,
+        size: tuple[int, int],
+        background: ArrayLike | None = (1.0, 1.0, 1.0),
+        stages: ArrayLike | None = None,
+        names: Sequence[str] | None = None,
+    ) -> Drawing:
+        """Make a drawing from the outlines of its layers.
+
+        Parameters
+        ----------
+        outlines : sequence of sequence of (s, 3, 2) array_like
+            Subpaths of each layer, bottom first: closed runs of segments (anchor, handle, handle), px.
+        colors : (N, 4) or (4,) array_like
+            Straight RGBA in [0, 1] of each layer's fill, or of all.
+        size, background, stages, names
+            As for :class:`Drawing`.
+        """
+        subpaths = [np.asarray(subpath, dtype=np.float64) for outline in outlines for subpath in outline]
+        return cls(
+            points=np.concatenate([np.zeros((0, 3, 2)), *subpaths]),
+            colors=np.broadcast_to(np.reshape(colors, (-1, 4)), (len(outlines), 4)),
+            size=size,
+            background=background,
+            subpath_offsets=np.cumsum([0, *map(len, subpaths)]),
+            layer_offsets=np.cumsum([0, *map(len, outlines)]),
+            stages=stages,
+            names=names,
+        )
+
+    def subpaths(self, layer: int | None = None) -> list[slice]:
+        """Return the segments of each subpath of a layer, or of all layers: slices of `points` and `cubics`."""
+        first, end = (0, None) if layer is None else self.layer_offsets[layer : layer + 2]
+        offsets = self.subpath_offsets[first : None if end is None else end + 1].tolist()
+        return [slice(start, stop) for start, stop in itertools.pairwise(offsets)]
 
     @property
     def num_layers(self) -> int:

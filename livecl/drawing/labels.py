@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.checks import MAX_NAME, clean_name
 from livecl.drawing.color_words import color_names
 from livecl.drawing.colors import parse_rgba
@@ -43,10 +44,8 @@ def layer_centers(drawing: Drawing) -> NDArray[np.float64]:
     """Return the centroid of each layer's area, px; for tiny areas the centre of the box: (N, 2)."""
     if not drawing.num_layers:
         return np.zeros((0, 2))
-    starts = drawing.segment_offsets[:-1]
-    hulls = bezier.hull_bounds(drawing.cubics)
-    low, high = np.minimum.reduceat(hulls[:, :2], starts), np.maximum.reduceat(hulls[:, 2:], starts)
-    moments = np.add.reduceat(bezier.area_moments(drawing.cubics), starts)
+    low, high = np.split(layer_boxes(drawing), 2, axis=1)
+    moments = np.add.reduceat(bezier.area_moments(drawing.cubics), drawing.segment_offsets[:-1])
     with np.errstate(divide="ignore", invalid="ignore"):
         centers = moments[:, 1:] / moments[:, :1]
     # Loops of opposite turns can cancel out: then the quotient lies anywhere.

@@ -3,17 +3,17 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from typing import Literal, TypeAlias, get_args, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
 from livecl.geometry import bezier
 from livecl.interpolation.alignment import Outline, align
-from livecl.interpolation.matching import Match, layer_boxes, match_layers
+from livecl.interpolation.matching import Match, match_layers
 
 #: Transitions of layers without a partner.
 Lone = Literal["fade", "grow"]
@@ -95,17 +95,16 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
         return a, a.moved(a.points, a.colors, b.background)
     layers = [_layer_ends(a, b, i, j, lone) for i, j in pairs]
     starts, ends = [layer[0] for layer in layers], [layer[1] for layer in layers]
-    start = Drawing(
-        points=_points(starts),
-        colors=[color for _, color in starts],
-        size=a.size,
-        background=a.background,
-        subpath_offsets=_offsets([len(subpath) for outline, _ in starts for subpath in outline]),
-        layer_offsets=_offsets([len(outline) for outline, _ in starts]),
+    start = Drawing.from_outlines(
+        [[subpath[:, :3] for subpath in outline] for outline, _ in starts],
+        [color for _, color in starts],
+        a.size,
+        a.background,
         stages=[b.stages[j] if i is None else a.stages[i] for i, j in pairs],
         names=[(a.names[i] if i is not None else "") or (b.names[j] if j is not None else "") for i, j in pairs],
     )
-    return start, start.moved(_points(ends), np.array([color for _, color in ends]), b.background)
+    points = np.concatenate([subpath[:, :3] for outline, _ in ends for subpath in outline])
+    return start, start.moved(points, np.array([color for _, color in ends]), b.background)
 
 
 def mix_colors(a: ArrayLike, b: ArrayLike, t: float) -> FloatArray:
@@ -196,14 +195,4 @@ def _absent(layer: _Layer, lone: Lone) -> _Layer:
 
 
 def _outline(drawing: Drawing, layer: int) -> Outline:
-    first, end = drawing.layer_offsets[layer : layer + 2]
-    cubics = drawing.cubics
-    return [cubics[i:j] for i, j in itertools.pairwise(drawing.subpath_offsets[first : end + 1])]
-
-
-def _points(layers: list[_Layer]) -> FloatArray:
-    return np.concatenate([subpath[:, :3] for outline, _ in layers for subpath in outline])
-
-
-def _offsets(counts: list[int]) -> list[int]:
-    return list(itertools.accumulate(counts, initial=0))
+    return [drawing.cubics[subpath] for subpath in drawing.subpaths(layer)]

@@ -12,8 +12,8 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
-from livecl.geometry import bezier
 
 Match = Literal["order", "nearest"]
 #: Difference (see `layer_differences`) from which on the nearest are not paired: a shift by 0.63 of the canvas has it.
@@ -77,17 +77,6 @@ def _features(drawing: Drawing) -> FloatArray:
     boxes = layer_boxes(drawing) / max(drawing.size)
     colors = drawing.colors * np.sqrt(COLOR_WEIGHT)
     return np.concatenate([(boxes[:, :2] + boxes[:, 2:]) / 2, boxes[:, 2:] - boxes[:, :2], colors], axis=1)
-
-
-def layer_boxes(drawing: Drawing) -> FloatArray:
-    """Return (x_min, y_min, x_max, y_max) of the control points of each layer: (N, 4), px."""
-    boxes = bezier.hull_bounds(drawing.points)
-    starts = drawing.segment_offsets[:-1]
-    if not len(starts):
-        return np.zeros((0, 4))
-    return np.concatenate(
-        [np.minimum.reduceat(boxes[:, :2], starts), np.maximum.reduceat(boxes[:, 2:], starts)], axis=1
-    )
 
 
 def _in_order(differences: FloatArray) -> list[Pair]:

@@ -269,7 +269,8 @@ class _Judge:
         return best
 
     def _candidates(self, outlines: list[Outline], rgba: FloatArray) -> list[Candidate]:
-        trials = self._try(self._rasterizer.coverages(layers_of(outlines, self._painting.target.shape[:2])), rgba)
+        drawing = Drawing.from_outlines(outlines, (0, 0, 0, 1), self._rasterizer.size)
+        trials = self._try(self._rasterizer.coverages(drawing), rgba)
         return [Candidate(outline, rgba, trial) for outline, trial in zip(outlines, trials, strict=True)]
 
     def _try(
@@ -279,18 +280,6 @@ class _Judge:
         color[:3] = rgba[:3]
         opacity = np.float32(rgba[3])
         return self._painting.try_layers([opacity * coverage for coverage in coverages], color, window, roughly)
-
-
-def layers_of(outlines: list[Outline], size: tuple[int, ...], rgba: ArrayLike = (0, 0, 0, 1)) -> Drawing:
-    """Return outlines as layers, on a canvas of `size`, in one fill or one for each: straight RGBA, (4,) or (N, 4)."""
-    subpaths = [subpath for outline in outlines for subpath in outline]
-    return Drawing(
-        points=np.concatenate([np.zeros((0, 3, 2)), *subpaths]),
-        colors=np.broadcast_to(rgba, (len(outlines), 4)),
-        size=(size[0], size[1]),
-        subpath_offsets=np.cumsum([0, *map(len, subpaths)]),
-        layer_offsets=np.cumsum([0, *map(len, outlines)]),
-    )
 
 
 def _place(window: Window, mask: BoolArray) -> Place:

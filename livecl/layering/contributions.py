@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
-from livecl.geometry import bezier
 from livecl.image.errors import visible_error
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, see
     """
     target = checked_target(drawing, target)
     shares = visible_shares(alphas)
-    windows = [_window(drawing, layer) for layer in range(drawing.num_layers)]
+    windows = _windows(drawing)
     ground, colors = composited_colors(drawing)
     below = np.broadcast_to(ground, target.shape).copy()
     changes_of_image = []
@@ -91,15 +91,12 @@ def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, see
     )
 
 
-def _window(drawing: Drawing, layer: int) -> tuple[slice, slice]:
-    """Rows and columns of the pixels that a layer can cover."""
-    first, end = drawing.segment_offsets[layer : layer + 2]
+def _windows(drawing: Drawing) -> list[tuple[slice, slice]]:
+    """Rows and columns of the pixels that each layer can cover."""
     height, width = drawing.size
-    following = drawing.next_segments[first:end]
-    hull = np.concatenate([drawing.points[first:end].reshape(-1, 2), drawing.points[following, 0]])
-    x0, y0, x1, y1 = bezier.hull_bounds(hull)
-    rows = slice(int(np.clip(np.floor(y0), 0, height)), int(np.clip(np.ceil(y1), 0, height)))
-    return rows, slice(int(np.clip(np.floor(x0), 0, width)), int(np.clip(np.ceil(x1), 0, width)))
+    low, high = np.split(layer_boxes(drawing), 2, axis=1)
+    corners = np.clip(np.concatenate([np.floor(low), np.ceil(high)], axis=1), 0, (width, height, width, height))
+    return [(slice(y0, y1), slice(x0, x1)) for x0, y0, x1, y1 in corners.astype(np.int64).tolist()]
 
 
 def checked_target(drawing: Drawing, target: ArrayLike) -> FloatArray:

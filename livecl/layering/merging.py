@@ -5,24 +5,45 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing, concatenate
-from livecl.image.errors import visible_mse
-from livecl.layering.candidates import SEGMENT_ERROR, fitted_outlines, layers_of
-from livecl.layering.contributions import VISIBLE_SHARE, layer_alphas, visible_shares
+from livecl.image.errors import visible_error
+from livecl.layering.candidates import SEGMENT_ERROR, fitted_outlines
+from livecl.layering.contributions import VISIBLE_SHARE, composited_colors, layer_alphas, visible_shares
 from livecl.layering.neighbors import flat_regions, mergeable_pairs
+from livecl.layering.stack import Window, window_of
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
 
 #: Most merges that are tried at a time.
-MOST_TRIALS = 64
+MAX_TRIALS = 64
 #: Of the outlines fitted to two layers together, one in so many is tried.
 FIT_STEP = 4
+
+
+@dataclasses.dataclass(frozen=True)
+class _Paint:
+    """Layers as one: premultiplied colour (h, w, C), and transmittance (h, w)."""
+
+    color: NDArray[Any]
+    transmittance: NDArray[Any]
+
+    def over(self, ground: NDArray[Any]) -> NDArray[Any]:
+        return np.asarray(self.color + self.transmittance[..., None] * ground)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Merge:
+    """A layer for two: a drawing of it alone, its alpha (H, W), the depth it takes, and the rise of the error."""
+
+    layer: Drawing
+    alpha: NDArray[Any]
+    depth: int
+    change: float
 
 
 @dataclasses.dataclass(frozen=True)
@@ -52,28 +73,32 @@ def merge_neighbors(
     `check` is called before each try; what it raises ends the merging.
     """
     sources = np.arange(drawing.num_layers)
-    regions, error = flat_regions(target), visible_mse(rasterizer.forward(drawing), target)
+    regions, risen = flat_regions(target), 0.0
+    alphas = layer_alphas(drawing, rasterizer)
     refused: set[tuple[int, int]] = set()
     trials = 0
     merged = True
-    while merged and trials < MOST_TRIALS:
+    while merged and trials < MAX_TRIALS:
         merged = False
-        alphas = layer_alphas(drawing, rasterizer)
-        shares = visible_shares(alphas)
-        for lower, upper in _pairs(drawing, shares, regions):
+        for lower, upper in _pairs(drawing, visible_shares(alphas), regions):
             old = int(sources[lower]), int(sources[upper])
             held = any(source >= 0 and not free[source] for source in old)
-            if held or (-1 not in old and old in refused) or trials == MOST_TRIALS:
+            if held or (-1 not in old and old in refused) or trials == MAX_TRIALS:
                 continue
             check()
             trials += 1
-            mask = np.maximum(alphas[lower], alphas[upper]) > VISIBLE_SHARE
-            best, order, best_error = _best(drawing, lower, upper, mask, rasterizer, target, options)
-            if best_error - error > tolerance:
+            best = _best(drawing, alphas, (lower, upper), rasterizer, target, options)
+            if risen + best.change > tolerance:
                 refused.add(old)
                 continue
-            drawing, error, merged = best, min(error, best_error), True
+            risen = max(0.0, risen + best.change)
+            order = np.arange(drawing.num_layers)
+            order[best.depth] = drawing.num_layers
+            order = order[order != lower + upper - best.depth]
+            drawing = concatenate(drawing, best.layer).layer_subset(order)
+            alphas = np.concatenate([alphas, best.alpha[None]])[order]
             sources = np.append(sources, -1)[order]
+            merged = True
             break
     return Merged(drawing, sources)
 
@@ -88,32 +113,59 @@ def _pairs(drawing: Drawing, shares: NDArray[Any], regions: NDArray[Any]) -> lis
 
 def _best(
     drawing: Drawing,
-    lower: int,
-    upper: int,
-    mask: NDArray[np.bool_],
+    alphas: NDArray[Any],
+    pair: tuple[int, int],
     rasterizer: Rasterizer,
     target: NDArray[Any],
     options: Options,
-) -> tuple[Drawing, NDArray[np.intp], float]:
-    """Return the best drawing with two layers made one, its layers by their numbers before, and its error."""
-    count = drawing.num_layers
-    larger = max(lower, upper, key=lambda layer: int(np.diff(drawing.segment_offsets)[layer]))
-    together = drawing.layer_subset([lower, upper])
-    outlines = [
-        [together.points[first:end] for first, end in pairwise(together.subpath_offsets)],
-        *fitted_outlines(mask, options)[::FIT_STEP],
-    ]
-    found: list[tuple[float, int, Drawing, NDArray[np.intp], float]] = []
-    for outline in outlines:
-        new = layers_of([outline], drawing.size, drawing.colors[larger])
-        new = new.replace(background=drawing.background, stages=drawing.stages[[lower]])
-        both = concatenate(drawing, new)
-        for depth in (lower, upper):
-            order = np.arange(count)
-            order[depth] = count
-            order = order[order != (lower + upper - depth)]
-            trial = both.layer_subset(order)
-            error = visible_mse(rasterizer.forward(trial), target)
-            found.append((error + SEGMENT_ERROR / target.size * trial.num_segments, len(found), trial, order, error))
-    _, _, trial, order, error = min(found, key=lambda item: item[:2])
-    return trial, order, error
+) -> _Merge:
+    """Return the best layer in the place of two, by the error and the number of segments.
+
+    Where layers stay as they are, so does what they make together: those below the two are one ground, those between
+    and those above one paint each, of colour P and transmittance T, which makes P + T C of what lies below, C. So each
+    merge is composited from these, within the window where something changes.
+    """
+    lower, upper = pair
+    larger = max(pair, key=lambda layer: int(np.diff(drawing.segment_offsets)[layer]))
+    mask = np.maximum(alphas[lower], alphas[upper]) > VISIBLE_SHARE
+    both = [drawing.points[subpath] for layer in pair for subpath in drawing.subpaths(layer)]
+    outlines = [both, *fitted_outlines(mask, options)[::FIT_STEP]]
+    fill = drawing.colors[larger]
+    covered = fill[3].astype(np.float32) * rasterizer.coverages(Drawing.from_outlines(outlines, fill, drawing.size))
+    window = window_of(np.maximum.reduce([alphas[lower], alphas[upper], *covered]))
+    ground, colors = composited_colors(drawing)
+    ranges = range(lower), range(lower + 1, upper), range(upper + 1, drawing.num_layers)
+    below, between, above = (_together(alphas, colors, layers, window) for layers in ranges)
+
+    def squared_error(*paints: _Paint) -> float:
+        image: NDArray[Any] = below.over(np.broadcast_to(ground, target[window].shape))
+        for paint in (*paints, above):
+            image = paint.over(image)
+        return float(np.square(visible_error(image - target[window]), dtype=np.float64).sum())
+
+    before = squared_error(_paint(alphas, colors, lower, window), between, _paint(alphas, colors, upper, window))
+    found: list[tuple[float, _Merge]] = []
+    for outline, alpha in zip(outlines, covered, strict=True):
+        paint = _Paint(alpha[window][..., None] * colors[larger], 1 - alpha[window])
+        layer = Drawing.from_outlines([outline], fill, drawing.size, drawing.background, drawing.stages[[lower]])
+        for depth, paints in ((lower, (paint, between)), (upper, (between, paint))):
+            change = (squared_error(*paints) - before) / (3 * target[..., 0].size)
+            price = SEGMENT_ERROR / target.size * layer.num_segments
+            found.append((change + price, _Merge(layer, alpha, depth, change)))
+    return min(found, key=lambda item: item[0])[1]
+
+
+def _paint(alphas: NDArray[Any], colors: NDArray[Any], layer: int, window: Window) -> _Paint:
+    alpha = alphas[layer][window]
+    return _Paint(alpha[..., None] * colors[layer], 1 - alpha)
+
+
+def _together(alphas: NDArray[Any], colors: NDArray[Any], layers: range, window: Window) -> _Paint:
+    """Return what layers, from bottom to top, make of what lies below them, within a window."""
+    shape = alphas[0][window].shape
+    paint = _Paint(np.zeros((*shape, colors.shape[1])), np.ones(shape))
+    for layer in layers:
+        if alphas[layer][window].any():
+            own = _paint(alphas, colors, layer, window)
+            paint = _Paint(own.over(paint.color), own.transmittance * paint.transmittance)
+    return paint

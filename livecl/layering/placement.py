@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
-from livecl.layering.candidates import initial_outline, layers_of, paint_of, region_candidates
+from livecl.layering.candidates import initial_outline, paint_of, region_candidates
 from livecl.layering.components import Place, component_places
 from livecl.layering.contributions import composited_colors, layer_alphas
 from livecl.layering.painting import Painting
@@ -85,7 +85,8 @@ def place_paths(
         rgba = np.array([candidate.rgba for candidate in candidates]).reshape(-1, 4)
         if options.new_color == "random":
             rgba = rng.uniform(size=rgba.shape)
-        return Placement(layers_of([candidate.outline for candidate in candidates], drawing.size, rgba), stack.order)
+        outlines = [candidate.outline for candidate in candidates]
+        return Placement(Drawing.from_outlines(outlines, rgba, drawing.size), stack.order)
     new = _scattered_paths(target, image, count, options, rng)
     return Placement(new, np.arange(drawing.num_layers + new.num_layers))
 
@@ -105,4 +106,4 @@ def _scattered_paths(
         colors = rng.uniform(size=(count, 4))
     else:
         colors = np.array([paint_of(target[tuple(place.pixel)]) for place in places])
-    return layers_of(outlines, size, colors)
+    return Drawing.from_outlines(outlines, colors, (size[0], size[1]))

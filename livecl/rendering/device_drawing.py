@@ -9,10 +9,11 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import pieces_for
 from livecl.opencl.launcher import Launcher
-from livecl.rendering.tiling import Grid, Spans, layer_bounds, plan_spans
+from livecl.rendering.tiling import Grid, Spans, plan_spans
 
 #: Pixels that boxes reach beyond the outline, so that rounding and edges exactly on a tile's border stay inside.
 MARGIN = 0.125
@@ -91,7 +92,7 @@ class Scene:
             run.write("next_segments", drawing.next_segments)
             run.write("layer_segments", drawing.segment_offsets)
         self.drawing = drawing
-        self._bounds = _OUTWARDS * layer_bounds(drawing)
+        self._bounds = _OUTWARDS * layer_boxes(drawing)
         background = np.zeros(3) if drawing.background is None else drawing.background
         run.write_reals("params", background, np.zeros(1), drawing.colors.ravel(), drawing.points.ravel())
 

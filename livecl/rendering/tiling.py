@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.drawing.drawing import Drawing
-
 #: Columns of a tile; the same as in kernels/common.h.
 TILE = 8
 
@@ -84,14 +82,6 @@ class Grid:
         low = np.where(boxes[:, :2] > 0, boxes[:, :2] * tile_size + margin, -np.inf)
         high = np.where(boxes[:, 2:] < ends, boxes[:, 2:] * tile_size - margin, np.inf)
         return np.concatenate([low, high], axis=1)
-
-
-def layer_bounds(drawing: Drawing) -> NDArray[np.float64]:
-    """Return (x_min, y_min, x_max, y_max) of each layer's control points, which hold its outline: (N, 4), px."""
-    if not drawing.num_layers:
-        return np.zeros((0, 4))
-    starts, points = 3 * drawing.segment_offsets[:-1], drawing.points.reshape(-1, 2)
-    return np.concatenate([np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)], axis=1)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -18,7 +18,6 @@ from livecl.geometry.outlines import circle
 from livecl.image.background import TRAIN, WHITE, target_over
 from livecl.image.errors import mse, visible_mse
 from livecl.image.reading import as_image
-from livecl.layering.candidates import layers_of
 from livecl.layering.merging import merge_neighbors
 from livecl.layering.placement import place_paths
 from livecl.layering.pruning import least_useful, needed_layers
@@ -112,7 +111,8 @@ class Vectorizer:
     def warm_up(self) -> None:
         """Have the device compile what a step needs: runtimes compile a kernel when it is first launched."""
         height, width = self.rasterizer.size
-        disc = layers_of([[circle((width / 2, height / 2), min(height, width) / 4, 4)]], self.rasterizer.size)
+        outline = [circle((width / 2, height / 2), min(height, width) / 4, 4)]
+        disc = Drawing.from_outlines([outline], (0, 0, 0, 1), self.rasterizer.size)
         self.rasterizer.coverages(disc)
         self.objective.warm_up(disc.replace(background=self.state.drawing.background), self.state)
 

@@ -69,16 +69,12 @@ def _drawing(layers: list[Layer], size: tuple[float, float]) -> Drawing:
     if layers and _is_background(layers[0], size):
         background = np.array(layers[0].color[:3])
         layers = layers[1:]
-    subpaths = [subpath for layer in layers for subpath in layer.outline]
-    points = np.concatenate([np.zeros((0, 3, 2)), *(subpath[:, :3] for subpath in subpaths)])
-    return Drawing(
+    return Drawing.from_outlines(
         # Relative coordinates have been added up: rounded, they are what was written; 0.0 turns -0 into 0.
-        points=np.round(points, MAX_PRECISION) + 0.0,
-        colors=np.array([layer.color for layer in layers]).reshape(-1, 4),
-        size=(max(1, math.ceil(height - NO_PIXEL)), max(1, math.ceil(width - NO_PIXEL))),
-        background=background,
-        subpath_offsets=np.cumsum([0, *(len(subpath) for subpath in subpaths)]),
-        layer_offsets=np.cumsum([0, *(len(layer.outline) for layer in layers)]),
+        [[np.round(subpath[:, :3], MAX_PRECISION) + 0.0 for subpath in layer.outline] for layer in layers],
+        np.array([layer.color for layer in layers]).reshape(-1, 4),
+        (max(1, math.ceil(height - NO_PIXEL)), max(1, math.ceil(width - NO_PIXEL))),
+        background,
         stages=np.array([layer.stage for layer in layers], dtype=np.int32),
         names=[layer.name for layer in layers],
     )

@@ -148,9 +148,7 @@ def _format_path(identifier: str, label: str, paint: str, layers: LayerStyle) ->
 def _format_paint(drawing: Drawing, layer: int, precision: int) -> str:
     """Fill and path data of a layer, as attributes. The nonzero rule is what SVG fills by where nothing is said."""
     rgba = drawing.colors[layer]
-    first, end = drawing.layer_offsets[layer : layer + 2]
-    subpaths = itertools.pairwise(drawing.subpath_offsets[first : end + 1])
-    data = "".join(_format_subpath(drawing.points[start:stop], precision) for start, stop in subpaths)
+    data = "".join(_format_subpath(drawing.points[subpath], precision) for subpath in drawing.subpaths(layer))
     opacity = f' fill-opacity="{_format_decimal(round(rgba[3] * 1e5), 5)}"' if rgba[3] < 1 else ""
     return f'fill="{format_rgb(rgba)}"{opacity} d="{data}"'
 

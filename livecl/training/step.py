@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -71,7 +69,7 @@ def untangle_outlines(state: State) -> None:
     """Take the loops out of all outlines that may change; for Adam, what moves is new."""
     drawing = state.drawing
     points, cubics, free = drawing.points.copy(), drawing.cubics, ~state.locked_segments
-    runs = [slice(first, end) for first, end in itertools.pairwise(drawing.subpath_offsets) if free[first]]
+    runs = [subpath for subpath in drawing.subpaths() if free[subpath.start]]
     for run, outline in zip(runs, untangle([cubics[run] for run in runs]), strict=True):
         points[run] = outline[:, :3]
     moved = (points != drawing.points).any(axis=(1, 2))

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from support.drawings import BLUE, GREEN, RED, build, circle, rectangle
 
+from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import empty_drawing
-from livecl.interpolation.matching import Pair, layer_boxes, layer_differences, match_layers
+from livecl.interpolation.matching import Pair, layer_differences, match_layers
 
 SIZE = (100, 100)
 HEAD, LEFT, RIGHT, MOUTH = (

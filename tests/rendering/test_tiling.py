@@ -8,9 +8,10 @@ import pytest
 from numpy.typing import NDArray
 from support import drawings
 
+from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import empty_drawing
 from livecl.opencl.program import LANES, kernel_dir
-from livecl.rendering.tiling import TILE, Grid, Spans, layer_bounds, plan_spans
+from livecl.rendering.tiling import TILE, Grid, Spans, plan_spans
 
 SIZES = [(1, 1), (8, 8), (9, 7), (24, 40), (33, 50), (5, 129)]
 
@@ -71,11 +72,11 @@ def test_pack_of_one_channel_and_of_another_type() -> None:
 def test_bounds_hold_the_control_points() -> None:
     case = drawings.CASES["holes"]()
     drawing = case.drawing
-    bounds = layer_bounds(drawing)
+    bounds = layer_boxes(drawing)
     for layer in range(drawing.num_layers):
         points = drawing.points[drawing.segment_layers == layer].reshape(-1, 2)
         assert bounds[layer].tolist() == [*points.min(axis=0), *points.max(axis=0)]
-    assert layer_bounds(empty_drawing((4, 4))).shape == (0, 4)
+    assert layer_boxes(empty_drawing((4, 4))).shape == (0, 4)
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.125, 11.0])

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from support.drawings import BLUE, GREEN, RED, alone, build, circle, rectangle
 
 import livecl
+from livecl.drawing.canvas import layer_boxes
 from livecl.interpolation.blending import correspond
-from livecl.interpolation.matching import layer_boxes
 from livecl.options import Options
 from livecl.run.sequences import vectorize_sequence
 

@@ -71,11 +71,11 @@ def outlines(drawing: Drawing, image: Image.Image) -> Image.Image:
     size = (image.width * _FINER, image.height * _FINER)
     canvas = Image.blend(image, Image.new("RGB", image.size, "white"), 0.75).resize(size)
     pen = ImageDraw.Draw(canvas)
-    for layer, (low, high) in enumerate(itertools.pairwise(drawing.layer_offsets)):
+    for layer in range(drawing.num_layers):
         red, green, blue = colorsys.hsv_to_rgb(layer * _HUE_STEP % 1, 1, 0.8)
         ink = round(255 * red), round(255 * green), round(255 * blue)
-        for first, end in itertools.pairwise(drawing.subpath_offsets[low : high + 1]):
-            corners = flatten(drawing.cubics[first:end], tolerance=0.1).corners * scale
+        for subpath in drawing.subpaths(layer):
+            corners = flatten(drawing.cubics[subpath], tolerance=0.1).corners * scale
             closed = [(float(x), float(y)) for x, y in [*corners, corners[0]]]
             pen.line(closed, fill=ink, width=_FINER)
     return canvas.resize(image.size, Image.Resampling.LANCZOS)

@@ -94,8 +94,8 @@ def coverage(file: Path) -> None:
 
 def _outlines(axes: Any, drawing: Drawing) -> None:
     """Draw outlines, anchors, and handles with their arms."""
-    for first, end in pairwise(drawing.subpath_offsets):
-        line = np.concatenate([bezier.evaluate(cubic, np.linspace(0, 1, 25)) for cubic in drawing.cubics[first:end]])
+    for subpath in drawing.subpaths():
+        line = np.concatenate([bezier.evaluate(cubic, np.linspace(0, 1, 25)) for cubic in drawing.cubics[subpath]])
         axes.plot(*line.T, color=_OUTLINE, linewidth=1)
     for a, b, c, d in drawing.cubics:
         for arm in ((a, b), (c, d)):

@@ -6,7 +6,6 @@ from __future__ import annotations
 import base64
 import html
 import io
-import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from livecl.drawing.colors import format_rgb
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.labels import layer_labels
 from livecl.run.result import Stage
@@ -49,11 +49,6 @@ def png_uri(pixels: NDArray[Any], palette: NDArray[np.uint8] | None = None) -> s
     return f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode('ascii')}"
 
 
-def hex_color(rgb: NDArray[np.float64]) -> str:
-    """Return a colour (3,) or (4,) in [0, 1] as ``#rrggbb``."""
-    return "#" + "".join(f"{round(level * 255):02x}" for level in rgb[:3].tolist())
-
-
 def drawing_svg(drawing: Drawing, precision: int, attributes: str = "", *, facts: bool = False) -> str:
     """Return a drawing as an ``<svg>`` element without ids; its paths are ``M``, ``C`` and ``Z`` in absolute numbers.
 
@@ -62,13 +57,13 @@ def drawing_svg(drawing: Drawing, precision: int, attributes: str = "", *, facts
     height, width = drawing.size
     ground = ""
     if drawing.background is not None:
-        ground = f'<rect class="ground" width="{width}" height="{height}" fill="{hex_color(drawing.background)}"/>'
+        ground = f'<rect class="ground" width="{width}" height="{height}" fill="{format_rgb(drawing.background)}"/>'
     paths = []
     labels = layer_labels(drawing) if facts else ("",) * drawing.num_layers
     for layer, (label, rgba) in enumerate(zip(labels, drawing.colors, strict=True)):
         opacity = f' fill-opacity="{number(rgba[3], 5)}"' if rgba[3] < 1 else ""
         said = f' data-facts="{text(f"{label} · {fill_of(rgba)}")}"' if facts else ""
-        paths.append(f'<path fill="{hex_color(rgba)}"{opacity}{said} d="{_path_data(drawing, layer, precision)}"/>')
+        paths.append(f'<path fill="{format_rgb(rgba)}"{opacity}{said} d="{_path_data(drawing, layer, precision)}"/>')
     return (
         f'<svg viewBox="0 0 {width} {height}" {attributes}>{ground}'
         f'<g class="layers">{"".join(paths)}</g><g class="overlay"></g></svg>'
@@ -77,14 +72,14 @@ def drawing_svg(drawing: Drawing, precision: int, attributes: str = "", *, facts
 
 def fill_of(rgba: NDArray[np.float64]) -> str:
     """Return a fill in words: ``#ff8800``, with its opacity where that is below 1."""
-    return hex_color(rgba) + (f" at {100 * rgba[3]:.3g} %" if rgba[3] < 1 else "")
+    return format_rgb(rgba) + (f" at {100 * rgba[3]:.3g} %" if rgba[3] < 1 else "")
 
 
 def swatch(rgba: NDArray[np.float64]) -> str:
     """Return a small square of a colour."""
     return (
         '<svg class="swatch" aria-hidden="true"><rect width="100%" height="100%" '
-        f'fill="{hex_color(rgba)}" fill-opacity="{number(rgba[3], 3)}"/></svg>'
+        f'fill="{format_rgb(rgba)}" fill-opacity="{number(rgba[3], 3)}"/></svg>'
     )
 
 
@@ -133,10 +128,9 @@ def stage_strip(stages: Sequence[Stage], differences: Sequence[str]) -> str:
 
 
 def _path_data(drawing: Drawing, layer: int, precision: int) -> str:
-    first, end = drawing.layer_offsets[layer : layer + 2]
     parts = []
-    for start, stop in itertools.pairwise(drawing.subpath_offsets[first : end + 1]):
-        points = drawing.points[start:stop].reshape(-1, 2)
+    for subpath in drawing.subpaths(layer):
+        points = drawing.points[subpath].reshape(-1, 2)
         x, y, *others = (number(value, precision) for value in [*points.ravel(), *points[0]])
         parts.append(f"M{x} {y}C{' '.join(others)}Z")
     return "".join(parts)

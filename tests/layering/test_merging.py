@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Neighbours of one colour become one layer where that costs next to nothing; and only those that may."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import RasterizerFor
+from numpy.typing import NDArray
+from support import drawings
+from support.drawings import circle, rectangle
+
+from livecl import Drawing, Options
+from livecl.drawing.drawing import concatenate
+from livecl.image.errors import visible_mse
+from livecl.layering.contributions import layer_alphas
+from livecl.layering.merging import Merged, _best, merge_neighbors
+from livecl.rendering.rasterizer import Rasterizer
+
+SIZE = (32, 40)
+#: Rise of the error that a merge may cost: rounded corners of a bar of four segments, for which there are eight before.
+TOLERANCE = 1e-3
+RED, BLUE = (0.9, 0.1, 0.2, 1.0), (0.2, 0.3, 0.9, 1.0)
+
+
+def _halves(color: tuple[float, ...] = RED) -> Drawing:
+    """Return a disc, two halves of a bar across it, and a spot on one half."""
+    layers = [
+        ([circle((20, 16), 12)], BLUE),
+        ([rectangle(2, 10, 20, 22)], RED),
+        ([rectangle(20, 10, 38, 22)], color),
+        ([circle((30, 16), 3)], BLUE),
+    ]
+    return drawings.build(layers, SIZE)
+
+
+@pytest.fixture
+def rasterizer(rasterizer_for: RasterizerFor) -> Rasterizer:
+    return rasterizer_for(SIZE, np.float32)
+
+
+def _merged(drawing: Drawing, rasterizer: Rasterizer, tolerance: float = TOLERANCE, **changes: Any) -> Merged:
+    target = changes.pop("target", None)
+    free = changes.pop("free", np.ones(drawing.num_layers, bool))
+    target = rasterizer.forward(drawing) if target is None else target
+    return merge_neighbors(drawing, rasterizer, target, Options(**changes), free, tolerance)
+
+
+def test_two_halves_become_one(rasterizer: Rasterizer) -> None:
+    drawing = _halves()
+    target = rasterizer.forward(drawing)
+    merged = _merged(drawing, rasterizer)
+    assert merged.sources.tolist() == [0, -1, 3]
+    assert merged.drawing.num_layers == 3
+    np.testing.assert_array_equal(merged.drawing.colors[1], RED)
+    assert visible_mse(rasterizer.forward(merged.drawing), target) < TOLERANCE
+
+
+@pytest.mark.parametrize("held", [1, 2])
+def test_layers_that_are_held_stay(held: int, rasterizer: Rasterizer) -> None:
+    merged = _merged(_halves(), rasterizer, free=np.arange(4) != held)
+    assert merged.sources.tolist() == [0, 1, 2, 3]
+
+
+def test_other_colors_stay(rasterizer: Rasterizer) -> None:
+    assert _merged(_halves((0.9, 0.3, 0.2, 1.0)), rasterizer).sources.tolist() == [0, 1, 2, 3]
+
+
+def test_what_would_cost_too_much_stays(rasterizer: Rasterizer) -> None:
+    drawing = _halves((0.94, 0.14, 0.24, 1.0))
+    wrong = (18 * 12 - 9 * np.pi) * 0.04**2 / (SIZE[0] * SIZE[1])  # one half in the other's colour, but for the spot
+    assert _merged(drawing, rasterizer, 0.9 * wrong).sources.tolist() == [0, 1, 2, 3]
+    assert _merged(drawing, rasterizer, TOLERANCE + wrong).drawing.num_layers == 3
+
+
+@pytest.mark.parametrize("background", [(0.4, 0.8, 0.6), None])
+@pytest.mark.parametrize("pair", [(0, 1), (0, 4), (2, 4), (1, 3)])
+def test_the_rise_of_the_error_is_that_of_rendered_pictures(
+    pair: tuple[int, int], background: tuple[float, float, float] | None, rasterizer: Rasterizer
+) -> None:
+    rng = np.random.default_rng(sum(pair))
+    layers = [
+        ([circle(rng.uniform((8, 8), (32, 24)), rng.uniform(5, 12))], (*rng.uniform(size=3), rng.uniform(0.3, 1)))
+        for _ in range(5)
+    ]
+    drawing = drawings.build(layers, SIZE, background)
+    channels = 3 if background else 4
+    target: NDArray[Any] = rng.uniform(0.2, 0.8, size=(*SIZE, channels)).astype(np.float32)
+    best = _best(drawing, layer_alphas(drawing, rasterizer), pair, rasterizer, target, Options())
+    order = np.arange(5)
+    order[best.depth] = 5
+    merged = concatenate(drawing, best.layer).layer_subset(order[order != sum(pair) - best.depth])
+    before, after = (visible_mse(rasterizer.forward(each), target) for each in (drawing, merged))
+    # Means of squares of float32 colours, each off by a few eps.
+    assert best.change == pytest.approx(after - before, abs=20 * float(np.finfo(np.float32).eps))
+    assert abs(best.change) > 1e-4
