@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from support.drawings import BLUE, GREEN, RED, build, circle, rectangle
+from support.drawings import BLUE, GREEN, RED, build, rectangle
+from support.shapes import circle
 from support.strokes import DIGITS, HEIGHT, PEN, draw_frames
 
 import livecl

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import drawings
+from support import drawings, shapes
 
 from livecl.drawing.checks import MAX_NAME, clean_name
 from livecl.drawing.colors import format_rgb, oklab
@@ -23,8 +23,8 @@ ORANGE, WHITE, NAVY = (1.0, 0.5, 0.0, 1.0), (1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 128
 def three_layers() -> Drawing:
     layers = [
         ([drawings.rectangle(0, 0, 90, 60)], WHITE),
-        ([drawings.circle((10, 30), 5)], ORANGE),
-        ([drawings.circle((80, 55), 5)], NAVY),
+        ([shapes.circle((10, 30), 5)], ORANGE),
+        ([shapes.circle((80, 55), 5)], NAVY),
     ]
     return drawings.build(layers, (60, 90))
 
@@ -50,12 +50,12 @@ def test_labels_say_index_colour_and_place() -> None:
 def test_places(column: int, row: int, place: str) -> None:
     """The thirds of a canvas of 90 x 30 px; beyond its edge counts as at it."""
     center = (15 + 30 * column + 50 * (column - 1), 5 + 10 * row)
-    drawing = drawings.build([([drawings.circle(center, 2)], ORANGE)], (30, 90))
+    drawing = drawings.build([([shapes.circle(center, 2)], ORANGE)], (30, 90))
     assert drawing.labels == (f"layer-00 orange {place}",)
 
 
 def test_indices_are_as_wide_as_the_last() -> None:
-    drawing = drawings.build(101 * [([drawings.circle((5, 5), 2)], ORANGE)], (9, 9))
+    drawing = drawings.build(101 * [([shapes.circle((5, 5), 2)], ORANGE)], (9, 9))
     assert [drawing.labels[layer].split()[0] for layer in (0, 9, 100)] == ["layer-000", "layer-009", "layer-100"]
 
 
@@ -177,7 +177,7 @@ def test_select_lists_the_names() -> None:
     with pytest.raises(ValueError, match="'layer-00 white center', 'layer-01 orange left', 'layer-02 dark blue"):
         three_layers().select("nose")
     with pytest.raises(ValueError, match=r"'l11' and 88 more$"):
-        drawings.build(100 * [([drawings.circle((5, 5), 2)], ORANGE)], (9, 9)).replace(
+        drawings.build(100 * [([shapes.circle((5, 5), 2)], ORANGE)], (9, 9)).replace(
             names=[f"l{n}" for n in range(100)]
         ).select("nose")
     with pytest.raises(ValueError, match="there are no layers"):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from support import drawings
+from support import drawings, shapes
 from support.drawings import polygon, rectangle
 
 from livecl.geometry import crossings
@@ -51,13 +51,13 @@ def test_no_lines() -> None:
     assert [len(array) for array in line_meetings(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, np.int64))] == [0] * 4
 
 
-def cubics(path: drawings.Path) -> NDArray[Any]:
+def cubics(path: shapes.Path) -> NDArray[Any]:
     return np.concatenate([path, np.roll(path[:, :1], -1, axis=0)], axis=1)
 
 
 SIMPLE = {
-    "circle": drawings.circle((8, 6), 5),
-    "circle, the other way": drawings.reverse(drawings.circle((8, 6), 5)),
+    "circle": shapes.circle((8, 6), 5),
+    "circle, the other way": drawings.reverse(shapes.circle((8, 6), 5)),
     "square": rectangle(1, 1, 5, 5),
     "notch whose tip touches the other side": polygon([(0, 0), (8, 0), (8, 8), (5, 8), (4, 0), (3, 8), (0, 8)]),
     "there and back on one line": polygon([(1, 1), (9, 5)]),

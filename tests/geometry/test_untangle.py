@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from support import drawings
+from support import drawings, shapes
 
 from livecl.geometry.bezier import evaluate, signed_area
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area
@@ -73,8 +73,8 @@ def _check(before: FloatArray, after: FloatArray) -> None:
 @pytest.mark.parametrize(
     "path",
     [
-        drawings.circle((20, 20), 9),
-        drawings.circle((20, 20), 9, segments=9),
+        shapes.circle((20, 20), 9),
+        shapes.circle((20, 20), 9, segments=9),
         drawings.reverse(drawings.blob(3, (20, 20), 12)),
         drawings.rectangle(3, 4, 20, 30),
         drawings.polygon([(0, 0), (20, 0), (20, 20), (10, 5)]),
@@ -113,7 +113,7 @@ def test_of_a_figure_eight_the_larger_half_is_left(turn: int, reverse: bool) -> 
 
 def test_a_round_figure_eight() -> None:
     # Two discs of radius 10 and 6 that a line of no width would join; the strands cross between them.
-    large, small = drawings.circle((12, 20), 10, segments=2), drawings.circle((30, 20), 6, segments=2)
+    large, small = shapes.circle((12, 20), 10, segments=2), shapes.circle((30, 20), 6, segments=2)
     cubics = _closed(np.concatenate([large[[0, 1]], drawings.reverse(np.roll(small, 1, axis=0))]))
     assert crossing_area(cubics) > 100
     after = untangle(cubics)
@@ -296,7 +296,7 @@ def test_the_same_outline_elsewhere_is_cut_alike() -> None:
 def test_many_outlines_at_once_are_each_alone() -> None:
     rng = np.random.default_rng(4)
     outlines = [_closed(rng.uniform(0, 30, size=(count, 3, 2))) for count in (1, 2, 5, 9, 3)]
-    outlines.insert(2, _closed(drawings.circle((20, 20), 9)))
+    outlines.insert(2, _closed(shapes.circle((20, 20), 9)))
     together = untangle_all(outlines)
     assert together[2] is outlines[2]
     for outline, found in zip(outlines, together, strict=True):

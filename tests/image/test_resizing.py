@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support import drawings
+from support import drawings, shapes
 
 import livecl
 from livecl.drawing.drawing import MAX_COORDINATE, Drawing
@@ -81,13 +81,13 @@ def test_colors_count_by_their_alpha() -> None:
 def test_a_reduced_render_is_the_render_of_the_scaled_drawing(device: int | None) -> None:
     # Coverage is a mean over a pixel's area, so one opaque layer reduced by 4 is what the smaller outline covers, up to
     # the flattening's tolerance of 0.02 px, of each size, along an edge that is at most a pixel's diagonal long.
-    drawing = drawings.build([([drawings.circle((50, 30), 20)], (0.2, 0.5, 0.8, 1.0))], (64, 96))
+    drawing = drawings.build([([shapes.circle((50, 30), 20)], (0.2, 0.5, 0.8, 1.0))], (64, 96))
     small = reduced(livecl.render(drawing, device), (16, 24))
     np.testing.assert_allclose(livecl.render(scaled(drawing, (16, 24)), device), small, atol=(0.02 + 0.02 / 4) * 2**0.5)
 
 
 def test_scaled_stretches_to_the_canvas() -> None:
-    drawing = drawings.build([([drawings.circle((5, 5), 3)], (0.2, 0.5, 0.8, 0.5))], (10, 20))
+    drawing = drawings.build([([shapes.circle((5, 5), 3)], (0.2, 0.5, 0.8, 0.5))], (10, 20))
     large = scaled(drawing, (30, 20))
     assert large.size == (30, 20)
     np.testing.assert_allclose(large.points, drawing.points * (1, 3))

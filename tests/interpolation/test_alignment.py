@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from support.drawings import blob, circle, polygon, rectangle, reverse
+from support.drawings import blob, polygon, rectangle, reverse
+from support.shapes import circle
 
 from livecl.geometry import bezier
 from livecl.interpolation import alignment

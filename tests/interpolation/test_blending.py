@@ -8,7 +8,8 @@ import itertools
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from support.drawings import BLUE, GREEN, RED, RED_GLASS, blob, build, circle, random_colors, rectangle, reverse
+from support.drawings import BLUE, GREEN, RED, RED_GLASS, blob, build, random_colors, rectangle, reverse
+from support.shapes import circle
 
 import livecl
 from livecl.drawing.drawing import Drawing, empty_drawing

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.drawings import BLUE, GREEN, RED, build, circle, rectangle
+from support.drawings import BLUE, GREEN, RED, build, rectangle
+from support.shapes import circle
 
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import empty_drawing

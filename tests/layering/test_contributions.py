@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
-from support import drawings
+from support import drawings, shapes
 from support.drawings import rectangle
 
 from livecl.drawing.drawing import Drawing
@@ -19,7 +19,7 @@ EPS = float(np.finfo(np.float32).eps)
 RED, BLUE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)
 
 
-def drawn(*layers: tuple[drawings.Path, ArrayLike], background: ArrayLike | None = (1.0, 1.0, 1.0)) -> Drawing:
+def drawn(*layers: tuple[shapes.Path, ArrayLike], background: ArrayLike | None = (1.0, 1.0, 1.0)) -> Drawing:
     return drawings.build([([path], color) for path, color in layers], SIZE, background)
 
 

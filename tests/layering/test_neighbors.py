@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from support import drawings
+from support import drawings, shapes
 from support.drawings import rectangle
 
 from livecl.drawing.drawing import Drawing
@@ -17,7 +17,7 @@ SIZE = (12, 16)
 RED, BLUE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)
 
 
-def drawn(*layers: tuple[drawings.Path, ArrayLike], background: ArrayLike | None = (1.0, 1.0, 1.0)) -> Drawing:
+def drawn(*layers: tuple[shapes.Path, ArrayLike], background: ArrayLike | None = (1.0, 1.0, 1.0)) -> Drawing:
     return drawings.build([([path], color) for path, color in layers], SIZE, background)
 
 

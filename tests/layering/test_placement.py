@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import RasterizerFor
 from numpy.typing import NDArray
-from support import drawings
+from support import drawings, shapes
 
 from livecl import Drawing, Options
 from livecl.drawing.drawing import concatenate, empty_drawing
@@ -269,9 +269,7 @@ def test_pictures_in_single_precision_give_the_same_places(place: Placer, option
 
 @pytest.mark.parametrize("options", [Options.paper(), Options.paper(shape="outline"), Options.diffvg()])
 def test_all_but_regions_go_on_top(place: Placer, options: Options) -> None:
-    below = drawings.build(
-        [([drawings.circle((20, 20), 9)], (*GREEN, 1)), ([drawings.circle((9, 9), 5)], RED4)], (36, 48)
-    )
+    below = drawings.build([([shapes.circle((20, 20), 9)], (*GREEN, 1)), ([shapes.circle((9, 9), 5)], RED4)], (36, 48))
     assert place.on(below, _three_shapes(), 3, options).order.tolist() == [0, 1, 2, 3, 4]
 
 
@@ -281,7 +279,7 @@ def _ring() -> tuple[FloatArray, Drawing]:
     away = np.hypot(rows - 16, columns - 16)
     target = np.ones((32, 32, 3))
     target[away < 13], target[away < 6] = BLUE, RED
-    return target, drawings.build([([drawings.circle((16, 16), 6)], RED4)], (32, 32))
+    return target, drawings.build([([shapes.circle((16, 16), 6)], RED4)], (32, 32))
 
 
 def test_a_region_goes_below_what_it_would_hide(place: Placer) -> None:

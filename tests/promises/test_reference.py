@@ -15,7 +15,7 @@ from reference.coverage import coverage, enclosed_area, lines_of, supersampled, 
 from reference.distance import distance, distance_weight
 from reference.flatten import flatten, flatten_backward, weights
 from reference.xing import xing_loss
-from support import drawings
+from support import drawings, shapes
 
 from livecl.geometry import bezier
 
@@ -156,7 +156,7 @@ def test_distance_to_a_point_and_the_nearest_of_two() -> None:
 
 
 def test_distance_weight_averages_the_layers_within_reach() -> None:
-    near, far = drawings.circle((8, 9), 4), drawings.circle((200, 9), 4)
+    near, far = shapes.circle((8, 9), 4), shapes.circle((200, 9), 4)
     both = drawings.build([([near], drawings.RED), ([far], drawings.BLUE)], (16, 18))
     pieces = np.full(8, 6)
     weight = distance_weight(both, 10.0, pieces)

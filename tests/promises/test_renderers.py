@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from support import drawings
+from support import drawings, shapes
 
 import livecl
 from livecl import Drawing, Options
@@ -41,10 +41,10 @@ def _check(drawing: Drawing) -> None:
 
 
 def test_translucent_overlaps_and_a_hole() -> None:
-    ring = [drawings.circle((120, 110), 70), drawings.reverse(drawings.circle((126, 118), 35))]
+    ring = [shapes.circle((120, 110), 70), drawings.reverse(shapes.circle((126, 118), 35))]
     layers = [
         (ring, (0.1, 0.4, 0.8, 1.0)),
-        ([drawings.circle((80, 150), 55)], (0.9, 0.3, 0.1, 128 / 255)),
+        ([shapes.circle((80, 150), 55)], (0.9, 0.3, 0.1, 128 / 255)),
         ([drawings.rectangle(20.5, 30.25, 150, 60)], (0.2, 0.7, 0.3, 1.0)),
     ]
     _check(quantize(drawings.build(layers, (240, 240))))

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
-from support import drawings
+from support import drawings, shapes
 from support.drawings import polygon, rectangle
 
 from livecl.drawing.drawing import Drawing, empty_drawing
@@ -27,7 +27,7 @@ RED, BLUE, WHITE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1
 BOW_TIE = [(0, 0), (8, 8), (8, 0), (0, 8)]
 
 
-def drawn(*layers: tuple[drawings.Path, ArrayLike], background: ArrayLike | None = (1.0, 1.0, 1.0)) -> Drawing:
+def drawn(*layers: tuple[shapes.Path, ArrayLike], background: ArrayLike | None = (1.0, 1.0, 1.0)) -> Drawing:
     return drawings.build([([path], color) for path, color in layers], SIZE, background)
 
 

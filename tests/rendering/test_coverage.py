@@ -10,7 +10,7 @@ from conftest import RasterizerFor
 from reference.coverage import coverage, enclosed_area, supersampled
 from reference.flatten import flatten
 from reference.rounding import UNIT, coverage_tolerance
-from support import drawings
+from support import drawings, shapes
 
 from livecl import Drawing
 from livecl.geometry import bezier
@@ -21,7 +21,7 @@ def _coverages(rasterizer: Rasterizer, case: drawings.Case) -> np.ndarray:
     """Coverage of each layer: (N, H, W)."""
     layers = []
     for layer in range(case.drawing.num_layers):
-        image = rasterizer.forward(drawings.alone(case.drawing, layer), pieces=drawings.pieces_of_layer(case, layer))
+        image = rasterizer.forward(shapes.alone(case.drawing, layer), pieces=shapes.pieces_of_layer(case, layer))
         np.testing.assert_array_equal(image[..., 0], image[..., 1])
         np.testing.assert_array_equal(image[..., 0], image[..., 2])
         layers.append(image[..., 0].copy())
@@ -29,7 +29,7 @@ def _coverages(rasterizer: Rasterizer, case: drawings.Case) -> np.ndarray:
 
 
 def _of_path(rasterizer: Rasterizer, path: np.ndarray, size: tuple[int, int], pieces: int = 1) -> np.ndarray:
-    drawing = drawings.build([([path], drawings.WHITE)], size, (0, 0, 0))
+    drawing = drawings.build([([path], shapes.WHITE)], size, (0, 0, 0))
     return rasterizer.forward(drawing, pieces=np.full(len(path), pieces))[..., 0]
 
 
@@ -99,10 +99,10 @@ def test_integer_rectangle_is_exact_in_single_precision(rasterizer_for: Rasteriz
 
 @pytest.mark.parametrize("segments", [2, 3, 4, 8])
 def test_circle_of_cubics(rasterizer_for: RasterizerFor, segments: int) -> None:
-    path = drawings.circle((10.3, 9.6), 8.1, segments)
+    path = shapes.circle((10.3, 9.6), 8.1, segments)
     pieces = 64
     found = _of_path(rasterizer_for((20, 21), np.float64), path, (20, 21), pieces)
-    drawing = drawings.build([([path], drawings.WHITE)], (20, 21))
+    drawing = drawings.build([([path], shapes.WHITE)], (20, 21))
     polyline = flatten(drawing, np.full(segments, pieces))[0]
     assert found.sum() == pytest.approx(enclosed_area(polyline), rel=1e-12)
     # The polyline's area against the cubics': a chord of length l on radius r cuts off l^3 / (12 r).
@@ -117,7 +117,7 @@ def test_area_of_shapes_within_the_canvas(rasterizer_for: RasterizerFor) -> None
     rasterizer = rasterizer_for((40, 40), np.float64)
     for seed in range(20):
         path = drawings.blob(seed, (20 + seed / 17, 19 - seed / 13), 12, segments=1 + seed % 5)
-        outlines = flatten(drawings.build([([path], drawings.WHITE)], (40, 40)), np.full(len(path), 9))[0]
+        outlines = flatten(drawings.build([([path], shapes.WHITE)], (40, 40)), np.full(len(path), 9))[0]
         if np.all(np.abs(supersampled(outlines, (40, 40)) - coverage(outlines, (40, 40))) < 0.1):  # not self-crossing
             assert _of_path(rasterizer, path, (40, 40), 9).sum() == pytest.approx(
                 abs(enclosed_area(outlines)), rel=1e-11
@@ -149,8 +149,8 @@ def test_lines_that_go_less_far_than_can_be_divided_by(
     """Across a pixel's border: 0 times infinity is no number, and the walk along such a line had no end."""
     tiny = float(np.finfo(dtype).smallest_normal) / 8 * np.array(step)  # 1 / tiny is infinite
     other = np.array(start) * 3.0
-    drawing = drawings.build([([drawings.polygon([start + tiny, other - tiny, (6, 4)])], drawings.WHITE)], (8, 8))
-    near = drawings.build([([drawings.polygon([start, other, (6, 4)])], drawings.WHITE)], (8, 8))
+    drawing = drawings.build([([drawings.polygon([start + tiny, other - tiny, (6, 4)])], shapes.WHITE)], (8, 8))
+    near = drawings.build([([drawings.polygon([start, other, (6, 4)])], shapes.WHITE)], (8, 8))
     rasterizer = rasterizer_for((8, 8), dtype)
     wanted = rasterizer.forward(near)
     np.testing.assert_array_equal(rasterizer.forward(drawing), wanted)  # the difference is below the numbers' rounding
@@ -161,7 +161,7 @@ def test_far_coordinates(rasterizer_for: RasterizerFor) -> None:
     triangle = drawings.polygon([(-9000.3, -4000.1), (8000.7, 6000.2), (-7000.9, 9000.4)])
     found = _of_path(rasterizer_for((30, 31), np.float64), triangle, (30, 31))
     np.testing.assert_allclose(found, coverage([triangle[:, 0]], (30, 31)), atol=1e-9)
-    drawing = drawings.build([([triangle], drawings.WHITE)], (30, 31))
+    drawing = drawings.build([([triangle], shapes.WHITE)], (30, 31))
     error = _of_path(rasterizer_for((30, 31), np.float32), triangle, (30, 31)) - coverage([triangle[:, 0]], (30, 31))
     assert np.max(np.abs(error)) <= coverage_tolerance(drawing, np.ones(3, dtype=int))[0]
 
@@ -201,7 +201,7 @@ def test_self_crossing_errs_by_at_most_a_quarter(rasterizer_for: RasterizerFor) 
     rasterizer = rasterizer_for((21, 21), np.float64)
     errors = []
     for angle in np.linspace(0.01, np.pi / 2, 9):
-        drawing = drawings.build([([_crossing(angle, angle + np.pi / 2)], drawings.WHITE)], (21, 21), (0, 0, 0))
+        drawing = drawings.build([([_crossing(angle, angle + np.pi / 2)], shapes.WHITE)], (21, 21), (0, 0, 0))
         errors.append(_error_in_the_middle(rasterizer, drawing))
     assert np.max(errors) == pytest.approx(0.25, abs=0.02)
     assert np.min(errors) > -0.02
@@ -213,7 +213,7 @@ def test_doubled_outline_errs_by_at_most_half(rasterizer_for: RasterizerFor) -> 
     errors = []
     for share in np.linspace(0, 1, 11):
         square = drawings.rectangle(2, 2, 10 + share, 18)
-        drawing = drawings.build([([square, square], drawings.WHITE)], (21, 21), (0, 0, 0))
+        drawing = drawings.build([([square, square], shapes.WHITE)], (21, 21), (0, 0, 0))
         errors.append(_error_in_the_middle(rasterizer, drawing))
     np.testing.assert_allclose(errors, np.minimum(np.linspace(0, 1, 11), 1 - np.linspace(0, 1, 11)), atol=0.02)
     assert np.max(errors) <= 0.5
@@ -224,17 +224,17 @@ def test_opposite_windings_cancel(rasterizer_for: RasterizerFor) -> None:
     # other crossings gain: half of the pixel at a right angle, all of it along a common edge in the pixel's middle.
     rasterizer = rasterizer_for((21, 21), np.float64)
     eight = drawings.polygon([(3.5, 3.5), (17.5, 17.5), (17.5, 3.5), (3.5, 17.5)])
-    drawing = drawings.build([([eight], drawings.WHITE)], (21, 21), (0, 0, 0))
+    drawing = drawings.build([([eight], shapes.WHITE)], (21, 21), (0, 0, 0))
     assert _error_in_the_middle(rasterizer, drawing) == pytest.approx(-0.5, abs=0.03)
     neighbours = [drawings.rectangle(2, 2, 10.5, 18), drawings.reverse(drawings.rectangle(10.5, 2, 19, 18))]
-    drawing = drawings.build([(neighbours, drawings.WHITE)], (21, 21), (0, 0, 0))
+    drawing = drawings.build([(neighbours, shapes.WHITE)], (21, 21), (0, 0, 0))
     assert _error_in_the_middle(rasterizer, drawing) == pytest.approx(-1, abs=1e-12)
 
 
 def test_clean_layers_agree_with_supersampling(rasterizer_for: RasterizerFor) -> None:
     # 10 x 10 samples of an edge err by 0.1^2 / 12 in mean square in the pixels that it crosses, see test_reference.py.
     path = drawings.blob(7, (15, 14), 10)
-    drawing = drawings.build([([path], drawings.WHITE)], (29, 30), (0, 0, 0))
+    drawing = drawings.build([([path], shapes.WHITE)], (29, 30), (0, 0, 0))
     pieces = np.full(4, 12)
     found = rasterizer_for((29, 30), np.float32).forward(drawing, pieces=pieces)[..., 0]
     error = found - supersampled(flatten(drawing, pieces)[0], (29, 30))

@@ -8,7 +8,7 @@ import pytest
 from conftest import RasterizerFor
 from reference.distance import distance_weight
 from reference.rounding import UNIT
-from support import drawings
+from support import drawings, shapes
 
 
 @pytest.mark.parametrize("tau", [10.0, 1.7])
@@ -56,7 +56,7 @@ def test_is_the_distance_to_a_line(rasterizer_for: RasterizerFor) -> None:
 
 
 def test_layer_far_outside_is_ignored(rasterizer_for: RasterizerFor) -> None:
-    near, far = ([drawings.circle((9, 8), 4)], drawings.RED), ([drawings.circle((150, -90), 5)], drawings.BLUE)
+    near, far = ([shapes.circle((9, 8), 4)], drawings.RED), ([shapes.circle((150, -90), 5)], drawings.BLUE)
     rasterizer = rasterizer_for((17, 18), np.float64)
     alone = rasterizer.distance_weight(drawings.build([near], (17, 18)), pieces=np.full(4, 8)).copy()
     for layers in ([near, far], [far, near], [far, near, far]):
@@ -75,8 +75,8 @@ def test_outline_just_outside_counts(rasterizer_for: RasterizerFor) -> None:
 
 
 def test_layer_is_counted_once_whatever_its_subpaths(rasterizer_for: RasterizerFor) -> None:
-    ring = [drawings.circle((14, 15), 9), drawings.reverse(drawings.circle((14, 15), 5))]
-    drawing = drawings.build([(ring, drawings.RED), ([drawings.circle((20, 10), 3)], drawings.BLUE)], (28, 30))
+    ring = [shapes.circle((14, 15), 9), drawings.reverse(shapes.circle((14, 15), 5))]
+    drawing = drawings.build([(ring, drawings.RED), ([shapes.circle((20, 10), 3)], drawings.BLUE)], (28, 30))
     pieces = np.full(12, 7)
     found = rasterizer_for((28, 30), np.float64).distance_weight(drawing, tau=3.0, pieces=pieces)
     np.testing.assert_allclose(found, distance_weight(drawing, 3.0, pieces), atol=1e-12)
@@ -100,7 +100,7 @@ def test_pieces_are_chosen_as_in_forward(rasterizer_for: RasterizerFor) -> None:
 
 
 def test_another_tau_for_the_same_drawing(rasterizer_for: RasterizerFor) -> None:
-    drawing, pieces = drawings.build([([drawings.circle((30, 30), 4)], (0, 0, 0, 1))], (60, 60)), np.full(4, 5)
+    drawing, pieces = drawings.build([([shapes.circle((30, 30), 4)], (0, 0, 0, 1))], (60, 60)), np.full(4, 5)
     rasterizer = rasterizer_for((60, 60), np.float64)
     for tau in (3.0, 25.0):
         found = rasterizer.distance_weight(drawing, tau, pieces)

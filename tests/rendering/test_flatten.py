@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import RasterizerFor
 from reference.flatten import flatten, flatten_backward
-from support import drawings
+from support import drawings, shapes
 
 from livecl import Drawing
 from livecl.geometry import bezier
@@ -70,7 +70,7 @@ def test_none_chooses_pieces_by_tolerance(rasterizer_for: RasterizerFor) -> None
 def test_tolerance_bounds_the_change_of_area(rasterizer_for: RasterizerFor) -> None:
     # Curve and chords are at most 0.02 px apart, so they enclose at most 0.02 times the outline's length between them,
     # and the outline, of 2 pi 9 px, is longer than its chords.
-    drawing = drawings.build([([drawings.circle((12, 11), 9)], drawings.WHITE)], (24, 25), (0, 0, 0))
+    drawing = drawings.build([([shapes.circle((12, 11), 9)], shapes.WHITE)], (24, 25), (0, 0, 0))
     rasterizer = rasterizer_for((24, 25), np.float64)
     coarse = rasterizer.forward(drawing).copy()
     fine = rasterizer.forward(drawing, pieces=np.full(4, 400))
@@ -79,7 +79,7 @@ def test_tolerance_bounds_the_change_of_area(rasterizer_for: RasterizerFor) -> N
 
 def test_many_pieces_approach_the_area_of_the_curve(rasterizer_for: RasterizerFor) -> None:
     # The area between a chord and its curve falls as 1 / n^2.
-    drawing = drawings.build([([drawings.blob(3, (12, 11), 8)], drawings.WHITE)], (24, 25), (0, 0, 0))
+    drawing = drawings.build([([drawings.blob(3, (12, 11), 8)], shapes.WHITE)], (24, 25), (0, 0, 0))
     rasterizer = rasterizer_for((24, 25), np.float64)
     area = abs(bezier.signed_area(drawing.cubics))
     errors = [rasterizer.forward(drawing, pieces=np.full(4, n))[..., 0].sum() - area for n in (20, 40, 80)]
@@ -94,7 +94,7 @@ def test_many_pieces_approach_the_area_of_the_curve(rasterizer_for: RasterizerFo
     ids=["too few", "two axes", "zero", "negative", "scalar"],
 )
 def test_wrong_pieces(rasterizer_for: RasterizerFor, pieces: np.ndarray) -> None:
-    drawing = drawings.build([([drawings.circle((5, 5), 3)], drawings.RED)], (10, 11))
+    drawing = drawings.build([([shapes.circle((5, 5), 3)], drawings.RED)], (10, 11))
     rasterizer = rasterizer_for((10, 11), np.float32)
     target, weight = np.zeros((10, 11, 3)), np.ones((10, 11))
     with pytest.raises(ValueError, match="pieces"):

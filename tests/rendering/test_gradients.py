@@ -15,7 +15,7 @@ from conftest import RasterizerFor
 from reference import differences
 from reference.composite import squared_error
 from reference.rounding import colors_tolerance, image_tolerance, points_tolerance
-from support import drawings
+from support import drawings, shapes
 from support.case_losses import Losses
 
 RELATIVE = 1e-6
@@ -162,7 +162,7 @@ def test_float_against_double_on_pixel_borders(rasterizer_for: RasterizerFor, na
 
 def test_saturated_edges_have_no_gradient(rasterizer_for: RasterizerFor) -> None:
     inside = drawings.blob(1, (10, 10), 3)
-    drawing = drawings.build([([drawings.circle((10, 10), 8.3), inside], drawings.RED_GLASS)], (20, 20))
+    drawing = drawings.build([([shapes.circle((10, 10), 8.3), inside], drawings.RED_GLASS)], (20, 20))
     rasterizer = rasterizer_for((20, 20), np.float64)
     rasterizer.forward(drawing, pieces=np.full(8, 6))
     d_points = rasterizer.backward(np.random.default_rng(3).normal(size=(20, 20, 3))).points
@@ -181,7 +181,7 @@ def test_what_is_outside_has_no_gradient(rasterizer_for: RasterizerFor) -> None:
 def test_moving_a_border_edge_by_hand(rasterizer_for: RasterizerFor) -> None:
     # A white square over black with L = G . image: its right edge lies between columns 5 and 6. Moved by x, L changes
     # by x times the sum over the edge's rows of G in column 6 (x > 0) or 5 (x < 0); the derivative is their mean.
-    drawing = drawings.build([([drawings.rectangle(3, 2, 6, 7)], drawings.WHITE)], (9, 10), (0, 0, 0))
+    drawing = drawings.build([([drawings.rectangle(3, 2, 6, 7)], shapes.WHITE)], (9, 10), (0, 0, 0))
     g = np.random.default_rng(5).normal(size=(9, 10, 3))
     for dtype, tolerance in ((np.float64, 1e-12), (np.float32, 1e-5)):
         rasterizer = rasterizer_for((9, 10), dtype)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import RasterizerFor
 from reference.rounding import coverage_tolerance, image_tolerance, points_tolerance
-from support import drawings
+from support import drawings, shapes
 
 from livecl import Drawing, list_devices
 from livecl.drawing.drawing import concatenate, empty_drawing
@@ -139,7 +139,7 @@ def test_coverage_sums_to_area(rasterizer_for: RasterizerFor, dtype: type) -> No
         (drawings.rectangle(1.1, 2.2, 18.7, 19.3), 17.6 * 17.1),
     ]
     for path, area in shapes:
-        case = drawings.straight(drawings.build([([path], drawings.WHITE)], (21, 20), (0, 0, 0)), 3)
+        case = drawings.straight(drawings.build([([path], shapes.WHITE)], (21, 20), (0, 0, 0)), 3)
         found = rasterizer_for((21, 20), dtype).forward(case.drawing, pieces=case.pieces)[..., 0].sum(dtype=np.float64)
         crossed = 80  # pixels on the outline, at most; the others are exactly 0 or 1
         tolerance = crossed * coverage_tolerance(case.drawing, case.pieces)[0] if dtype is np.float32 else 1e-10
@@ -167,7 +167,7 @@ def test_transparent_layer_changes_nothing(rasterizer_for: RasterizerFor, at: in
 
 
 def test_disjoint_layers_can_change_places(rasterizer_for: RasterizerFor) -> None:
-    layers = [([drawings.circle((6, 6), 4)], drawings.RED_GLASS), ([drawings.circle((17, 15), 5)], drawings.BLUE_GLASS)]
+    layers = [([shapes.circle((6, 6), 4)], drawings.RED_GLASS), ([shapes.circle((17, 15), 5)], drawings.BLUE_GLASS)]
     rasterizer = rasterizer_for((22, 24), np.float32)
     image = rasterizer.forward(drawings.build(layers, (22, 24))).copy()
     np.testing.assert_array_equal(rasterizer.forward(drawings.build(layers[::-1], (22, 24))), image)
@@ -267,7 +267,7 @@ class TestErrors:
 
     @pytest.fixture
     def drawing(self) -> Drawing:
-        return drawings.build([([drawings.circle((5, 5), 3)], drawings.RED)], self.SIZE)
+        return drawings.build([([shapes.circle((5, 5), 3)], drawings.RED)], self.SIZE)
 
     @pytest.mark.parametrize("shape", [(10, 12), (10, 12, 4), (12, 10, 3), (360,), (10, 12, 3, 1)])
     def test_wrong_shape_of_d_image(

@@ -8,7 +8,8 @@ import itertools
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from support.drawings import BLUE, GREEN, RED, alone, build, circle, rectangle
+from support.drawings import BLUE, GREEN, RED, build, rectangle
+from support.shapes import alone, circle
 
 import livecl
 from livecl.drawing.canvas import layer_boxes

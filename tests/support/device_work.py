@@ -9,7 +9,9 @@ from __future__ import annotations
 import hashlib
 import itertools
 import logging
+import os
 import sys
+from pathlib import Path
 
 import numpy as np
 import pyopencl as cl
@@ -19,6 +21,13 @@ from livecl.opencl.device import open_device
 from livecl.opencl.launcher import Launcher
 from livecl.rendering.pipeline import DistanceWeight
 from support.drawings import ALL_CASES, Case
+
+TESTS = Path(__file__).resolve().parents[1]
+
+
+def with_checkout(**variables: str) -> dict[str, str]:
+    """Return the environment of a process that imports from this checkout and its tests."""
+    return {**os.environ, "PYTHONPATH": f"{TESTS.parent}{os.pathsep}{TESTS}", **variables}
 
 
 def opencl_error(kind: type[cl.Error], code: int) -> cl.Error:

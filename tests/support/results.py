@@ -14,7 +14,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.image.errors import mse
 from livecl.run.result import Result, Stage
 from livecl.svg import quantize
-from support import drawings
+from support import drawings, shapes
 
 #: What a file or an SVG may be called to break a page.
 NASTY = "</script><script>window.hacked=1</script><img src=x onerror=\"window.hacked=1\"> & 'b'"
@@ -22,10 +22,10 @@ NASTY = "</script><script>window.hacked=1</script><img src=x onerror=\"window.ha
 
 def sample_drawing(background: Any = (0.9, 0.9, 0.8), names: tuple[str, ...] = ("", "", "")) -> Drawing:
     """Return a ring, a translucent circle on it and a rectangle on top, in stages 0, 1 and 1."""
-    ring = [drawings.circle((120, 110), 70), drawings.reverse(drawings.circle((126, 118), 35))]
+    ring = [shapes.circle((120, 110), 70), drawings.reverse(shapes.circle((126, 118), 35))]
     layers = [
         (ring, (0.1, 0.4, 0.8, 1.0)),
-        ([drawings.circle((80, 150), 55)], (0.9, 0.3, 0.1, 128 / 255)),
+        ([shapes.circle((80, 150), 55)], (0.9, 0.3, 0.1, 128 / 255)),
         ([drawings.rectangle(20, 30, 150, 60)], (0.2, 179 / 255, 0.2, 1.0)),
     ]
     return quantize(drawings.build(layers, (240, 200), background).replace(stages=[0, 1, 1], names=names))

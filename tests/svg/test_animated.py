@@ -11,7 +11,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from PIL import Image, ImageSequence
-from support.drawings import BLUE, GREEN, RED, build, circle, many_layers, rectangle
+from support.drawings import BLUE, GREEN, RED, build, many_layers, rectangle
+from support.shapes import circle
 
 import livecl
 from livecl.drawing.drawing import Drawing

@@ -11,7 +11,7 @@ import compare_svg
 import numpy as np
 import pytest
 import sweep_svg
-from support import drawings
+from support import drawings, shapes
 
 import livecl
 from livecl.image import save_image
@@ -44,7 +44,7 @@ def test_drawn_files_come_back_the_same(layers: LayerStyle) -> None:
 
 def test_the_measure_sees_what_is_wrong() -> None:
     """A quarter of a pixel, a missing hole and a wrong colour; and nothing in a drawing's own picture."""
-    ring = [drawings.circle((20, 20), 15), drawings.reverse(drawings.circle((20, 20), 6))]
+    ring = [shapes.circle((20, 20), 15), drawings.reverse(shapes.circle((20, 20), 6))]
     drawing = drawings.build([(ring, (0.2, 0.4, 0.6, 1.0))], (40, 40), None)
     picture = compare_svg.rendered(drawing)
     assert compare_svg.differences(drawing, picture) == (0, 0, 0)

@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from figures import blending
-from support.drawings import GREEN, RED, build, circle
+from support.drawings import GREEN, RED, build
+from support.shapes import circle
 
 from livecl.interpolation.blending import interpolate
 

@@ -8,7 +8,8 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 from support import drawings
-from support.drawings import Case, Path
+from support.drawings import Case
+from support.shapes import Path
 
 #: Canvases, (height, width): whole tiles and not, one pixel, one row. Few, as each has rasterizers of its own.
 SIZES = ((16, 16), (24, 31), (13, 7), (1, 1), (1, 41), (33, 50), (64, 48))

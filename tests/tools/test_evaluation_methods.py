@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The methods of the evaluation tool: their definitions, and the schedules that pass through numbers of paths."""
+
+from __future__ import annotations
+
+import evaluate
+import numpy as np
+import pytest
+from evaluation.methods import METHODS, Method, parse_method, schedule_through
+
+from livecl.options import Options
+
+
+@pytest.mark.parametrize(
+    ("counts", "stages"),
+    [
+        ((8,), (1, 2, 4, 1)),
+        ((8, 16), (1, 2, 4, 1, 8)),
+        ((8, 16, 32, 64), (1, 2, 4, 1, 8, 16, 32)),
+        ((10, 40), (1, 2, 4, 3, 8, 16, 6)),
+        ((32, 256), (1, 2, 4, 8, 16, 1, 32, 32, 32, 32, 32, 32, 32)),
+        ((1, 2, 3), (1, 1, 1)),
+        ((), ()),
+    ],
+)
+def test_schedule_passes_through_the_counts(counts: tuple[int, ...], stages: tuple[int, ...]) -> None:
+    assert schedule_through(counts) == stages
+    assert set(counts) <= set(np.cumsum(stages))
+
+
+def test_known_methods_have_usable_options() -> None:
+    for method in METHODS.values():
+        method.check()
+    assert METHODS["live"].options() == Options()
+    assert METHODS["paper-xing1"].options() == Options.paper(xing_weight=1.0)
+    assert METHODS["diffvg"].options() == Options.diffvg()
+    assert METHODS["diffvg"].one_stage
+
+
+def test_parse_method() -> None:
+    method = parse_method("my-own:preset=paper,iterations=7,loss=mse,xing_weight=0.5,stages=one")
+    assert method.options() == Options.paper(iterations=7, loss="mse", xing_weight=0.5)
+    assert method.one_stage
+    assert parse_method("plain") == Method(name="plain")
+    assert parse_method("d:preset=diffvg").one_stage
+    assert not parse_method("d:preset=diffvg,stages=growing").one_stage
+    assert parse_method("v:preset=vtracer,filter_speckle=8").changes == {"filter_speckle": 8}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a/b:iterations=5", "name of letters"),
+        ("..", "name of letters"),
+        ("x:iterations", "wanted key=value"),
+        ("x:iterations=no", "method x: iterations"),
+        ("x:speed=5", "no option speed; there are iterations"),
+        ("x:preset=best", "no preset 'best'"),
+        ("x:stages=two", "wanted growing or one"),
+        ("x:preset=vtracer,iterations=5", "VTracer has no parameter iterations"),
+    ],
+)
+def test_parse_method_refuses(text: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        parse_method(text)
+
+
+def test_chosen_methods() -> None:
+    assert [method.name for method in evaluate.chosen_methods("", [])] == ["live", "diffvg"]
+    assert [method.name for method in evaluate.chosen_methods("", ["few:iterations=5"])] == ["few"]
+    chosen = evaluate.chosen_methods("few,paper,few", ["few:iterations=5"])
+    assert [method.name for method in chosen] == ["few", "paper"]
