@@ -6,6 +6,9 @@ Wrong arguments raise :class:`ValueError` or :class:`TypeError`; the classes her
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+
 
 class LiveclError(Exception):
     """Base class of the errors that livecl raises."""
@@ -53,3 +56,16 @@ class ImageError(LiveclError):
 def readable(text: str) -> str:
     """Return text on one line for a message: runs of control and other invisible characters become a space."""
     return " ".join("".join(character if character.isprintable() else " " for character in text).split())
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return a hint for a name that there is not: the nearest that there is, or all of them."""
+    known = list(known)
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    return f"did you mean {near[0]!r}?" if near else f"wanted one of {', '.join(known)}"
+
+
+def check_type(name: str, value: object, kind: type, wanted: str) -> None:
+    """Raise TypeError, by an argument's name, for a value that is not of a kind."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{name}: got {type(value).__name__}, wanted {wanted}")

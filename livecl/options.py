@@ -4,19 +4,22 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import reprlib
 import sys
 import textwrap
 from collections.abc import Callable
 from typing import Any, Literal, get_args, get_type_hints
 
-import numpy as np
-
+from livecl.drawing.checks import python_number
+from livecl.errors import nearest
 from livecl.image.background import check_background
 
 #: Fall of the mean squared error that a path must be worth where the number of paths is left to the program. A black
 #: dot of one pixel on white, at 240 x 240, is worth 1.7e-5.
 AUTO_PATH_GAIN = 1e-5
+#: What is wanted where something else was given, in messages.
+WANTED_OPTIONS = "livecl.Options, as Options() or Options.preset('icon')"
 
 
 def _option(default: Any, description: str) -> Any:
@@ -113,10 +116,8 @@ class Options:
 
     def __post_init__(self) -> None:
         for name, hint in get_type_hints(Options).items():
-            value = getattr(self, name)
-            if isinstance(value, np.generic):  # a number of NumPy's, kept as Python's own
-                value = value.item()
-                object.__setattr__(self, name, value)
+            value = python_number(getattr(self, name))
+            object.__setattr__(self, name, value)
             got = f"{name}: got {reprlib.repr(value)}, wanted"
             if hint is bool and not isinstance(value, bool):
                 raise ValueError(f"{got} True or False")
@@ -203,6 +204,21 @@ def _described() -> str:
     return "\n    ".join(entries)
 
 
+def _with_hints(init: Callable[..., None]) -> Callable[..., None]:
+    """Decorator of `Options.__init__`: for an unknown field, raise TypeError with the nearest one."""
+    known = [field.name for field in dataclasses.fields(Options)]
+
+    @functools.wraps(init)
+    def checked(*args: Any, **values: Any) -> None:
+        for name in values:
+            if name not in known:
+                raise TypeError(f"Options: there is no field {name!r}; {nearest(name, known)}")
+        init(*args, **values)
+
+    return checked
+
+
+Options.__init__ = _with_hints(Options.__init__)  # type: ignore[method-assign]
 if Options.__doc__:  # there is none under -OO
     Options.__doc__ = Options.__doc__.format(fields=_described())
 

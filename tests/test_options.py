@@ -215,3 +215,10 @@ def test_the_docstring_has_every_field() -> None:
     )
     for field in dataclasses.fields(Options):
         assert f"\n{field.name} : " in text
+
+
+def test_unknown_fields_get_a_hint() -> None:
+    for make in (Options, Options.paper, lambda **values: Options.preset("icon", **values)):
+        with pytest.raises(TypeError, match="there is no field 'prun'; did you mean 'prune'"):
+            make(prun=1e-3)
+    assert inspect.signature(Options).parameters["prune"].default == 5e-6

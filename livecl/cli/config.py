@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
 import sys
@@ -15,6 +14,8 @@ if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+from livecl.errors import nearest
 
 
 def read_config(path: str | os.PathLike[str], known: Iterable[str]) -> dict[str, Any]:
@@ -46,9 +47,7 @@ def read_config(path: str | os.PathLike[str], known: Iterable[str]) -> dict[str,
         raise ValueError(f"{name}: is not TOML: {error}") from error
     for key, value in values.items():
         if key not in known:
-            near = difflib.get_close_matches(key.replace("-", "_"), known, n=1, cutoff=0.5)
-            wanted = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
-            raise ValueError(f"{name}: no option {key!r}; {wanted}")
+            raise ValueError(f"{name}: no option {key!r}; {nearest(key.replace('-', '_'), known)}")
         for item in value if isinstance(value, list) else [value]:
             if not isinstance(item, (bool, int, float, str)):
                 raise ValueError(f"{name}: {key}: got {item!r}, wanted a number, text, true or false")

@@ -87,6 +87,11 @@ def clean_name(text: str) -> str:
     return readable(text[: 4 * MAX_NAME])[:MAX_NAME].rstrip()
 
 
+def python_number(value: Any) -> Any:
+    """Return a number of NumPy's as Python's own, and anything else as it is."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
 def check_number(name: str, value: float, least: float) -> None:
     """Raise ValueError unless a number is finite and at least `least`."""
     if not (math.isfinite(value) and value >= least):

@@ -14,19 +14,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing.checks import checked_floats, checked_integers, checked_names, checked_offsets, checked_size
+from livecl.drawing.colors import format_rgb
 from livecl.drawing.labels import layer_labels, select_layers
+from livecl.errors import check_type, nearest
 
 if TYPE_CHECKING:
     from livecl.svg.writer import LayerStyle
 
 #: Largest coordinate accepted, px: beyond it float32 no longer resolves a sixteenth of a pixel.
 MAX_COORDINATE = 1e6
+#: What is wanted where something else was given, in messages.
+WANTED_DRAWING = "a livecl.Drawing, as of livecl.read_svg"
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 
-@dataclasses.dataclass(frozen=True, eq=False, init=False)
+@dataclasses.dataclass(frozen=True, eq=False, init=False, repr=False)
 class Drawing:
     """Layers of closed cubic Bézier paths over a background.
 
@@ -183,8 +187,28 @@ class Drawing:
         return np.concatenate([self.points, self.points[self.next_segments, :1]], axis=1)
 
     def replace(self, **changes: Any) -> Drawing:
-        """Return a copy with some arguments changed."""
-        return dataclasses.replace(self, **changes)
+        """Return a copy with some arguments changed.
+
+        Raises
+        ------
+        TypeError
+            If there is no such argument; the message names the nearest.
+        ValueError
+            If a value is not usable, or does not fit what stays as it is.
+        """
+        for name in changes:
+            if name not in self.__dataclass_fields__:
+                raise TypeError(f"Drawing: there is no argument {name!r}; {nearest(name, self.__dataclass_fields__)}")
+        try:
+            return dataclasses.replace(self, **changes)
+        except ValueError as error:
+            argument, _, reason = str(error).partition(": ")
+            if argument in changes or argument not in self.__dataclass_fields__:
+                raise
+            given = " and ".join(changes)
+            raise ValueError(
+                f"{given}: the drawing's own {argument} no longer fit ({reason}); give these too"
+            ) from error
 
     def moved(self, points: FloatArray, colors: FloatArray, background: FloatArray | None) -> Drawing:
         """Return the drawing with other numbers and the same structure, unchecked: for loops that call it often.
@@ -256,6 +280,11 @@ class Drawing:
 
         save_svg(self, path, precision, layers)
 
+    def __repr__(self) -> str:
+        ground = "no background" if self.background is None else f"background {format_rgb(self.background)}"
+        (height, width), layers, segments = self.size, self.num_layers, self.num_segments
+        return f"<Drawing of {layers} layers, {segments} segments, {width} x {height} px, {ground}>"
+
     def _repr_svg_(self) -> str:
         from livecl.svg.writer import format_svg
 
@@ -263,7 +292,27 @@ class Drawing:
 
 
 def concatenate(below: Drawing, above: Drawing) -> Drawing:
-    """Put the layers of one drawing above those of another, on the canvas and background of `below`."""
+    """Put the layers of one drawing above those of another.
+
+    Parameters
+    ----------
+    below, above : Drawing
+        On canvases of one size.
+
+    Returns
+    -------
+    Drawing
+        The layers of both, on the canvas and the background of `below`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one is no drawing, or the canvases differ.
+    """
+    for name, drawing in (("below", below), ("above", above)):
+        check_type(name, drawing, Drawing, WANTED_DRAWING)
+    if above.size != below.size:
+        raise ValueError(f"above: a canvas of {above.size} px, wanted that of below, {below.size}")
     return below.replace(
         points=np.concatenate([below.points, above.points]),
         colors=np.concatenate([below.colors, above.colors]),

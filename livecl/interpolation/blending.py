@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing.canvas import layer_boxes
-from livecl.drawing.drawing import Drawing
+from livecl.drawing.drawing import WANTED_DRAWING, Drawing
+from livecl.errors import check_type
 from livecl.geometry import bezier
 from livecl.interpolation.alignment import Outline, align
 from livecl.interpolation.matching import Match, match_layers
@@ -82,6 +83,8 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
     Arguments and errors are those of :func:`interpolate`; of each point and colour, it goes from that of the first
     drawing returned to that of the second.
     """
+    for name, drawing in (("a", a), ("b", b)):
+        check_type(name, drawing, Drawing, WANTED_DRAWING)
     if a.size != b.size:
         raise ValueError(
             f"b: canvas of {b.size} px, wanted that of a, {a.size}; livecl.interpolation.blending.fit_canvas scales it"

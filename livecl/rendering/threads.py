@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from livecl.drawing.drawing import Drawing
+from livecl.drawing.drawing import WANTED_DRAWING, Drawing
+from livecl.errors import check_type
 from livecl.opencl.device import OpenDevice
 from livecl.opencl.launcher import Launcher
 from livecl.rendering.pipeline import Pipeline
@@ -24,8 +25,7 @@ def channels_of(drawing: Drawing) -> int:
     TypeError
         If it is no drawing.
     """
-    if not isinstance(drawing, Drawing):
-        raise TypeError(f"drawing: got {type(drawing).__name__}, wanted a livecl.Drawing, as of livecl.read_svg")
+    check_type("drawing", drawing, Drawing, WANTED_DRAWING)
     return 4 if drawing.background is None else 3
 
 

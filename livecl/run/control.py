@@ -9,6 +9,8 @@ import os
 import time
 from collections.abc import Callable
 
+from livecl.drawing.checks import python_number
+
 #: Why a run stopped: the time that it was given is over, or the caller's `on_step` asked for it.
 TIME_LIMIT, CALLBACK = "time limit", "callback"
 
@@ -62,7 +64,8 @@ class Control:
 
     def __post_init__(self) -> None:
         for name in ("time_limit", "period"):
-            value = getattr(self, name)
+            value = python_number(getattr(self, name))
+            object.__setattr__(self, name, value)
             if value is not None and not (isinstance(value, (int, float)) and math.isfinite(value) and value >= 0):
                 raise ValueError(f"{name}: got {value!r}, wanted a number of seconds")
         if self.resume and self.checkpoint is None:

@@ -10,6 +10,7 @@ import inspect
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
+from livecl.errors import nearest
 from livecl.options import Options
 
 P = ParamSpec("P")
@@ -34,8 +35,6 @@ def _hint(name: str, known: tuple[str, ...]) -> str:
     fields = [field.name for field in dataclasses.fields(Options)]
     if name in fields:
         return f"it is one of the method's options: options=Options({name}=...)"
-    if near := difflib.get_close_matches(name, known, 1):
-        return f"did you mean {near[0]!r}?"
-    if near := difflib.get_close_matches(name, fields, 1):
+    if not difflib.get_close_matches(name, known, 1) and (near := difflib.get_close_matches(name, fields, 1)):
         return f"did you mean options=Options({near[0]}=...)?"
-    return f"wanted one of {', '.join(known)}"
+    return nearest(name, known)

@@ -14,15 +14,17 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
+from livecl.drawing.checks import python_number
+from livecl.drawing.drawing import WANTED_DRAWING, Drawing
+from livecl.errors import check_type
 from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
-from livecl.options import Options
+from livecl.options import WANTED_OPTIONS, Options
 from livecl.run.hints import with_hints
 from livecl.schedule import MAX_DEFAULT_PATHS, growing_schedule, parse_schedule
 from livecl.svg.writer import MAX_PRECISION, LayerStyle, format_svg, quantize
 from livecl.version import __version__
 
 if TYPE_CHECKING:
-    from livecl.drawing.drawing import Drawing
     from livecl.run.control import Control
     from livecl.run.result import Result, Stage
     from livecl.run.stages import Picture, Step
@@ -79,6 +81,11 @@ class Recipe:
     lock: Sequence[int] = ()
 
     def __post_init__(self) -> None:
+        for name in ("paths", "seed", "size", "precision"):
+            object.__setattr__(self, name, python_number(getattr(self, name)))
+        check_type("options", self.options, Options, WANTED_OPTIONS)
+        if self.start is not None:
+            check_type("start", self.start, Drawing, WANTED_DRAWING)
         parse_schedule(self.schedule, self.paths)
         working_size((1, 1), self.size)
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:

@@ -10,11 +10,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.checks import python_number
 from livecl.drawing.drawing import Drawing, concatenate
+from livecl.errors import check_type
 from livecl.image.background import NONE
 from livecl.image.reading import as_image
 from livecl.interpolation.blending import collapsed
-from livecl.options import Options
+from livecl.options import WANTED_OPTIONS, Options
 from livecl.run.hints import with_hints
 from livecl.run.result import Result
 from livecl.run.stages import Picture
@@ -102,6 +104,8 @@ def vectorize_sequence(
         As :func:`livecl.vectorize`.
     """
     options = Options() if options is None else options
+    check_type("options", options, Options, WANTED_OPTIONS)
+    paths, seed, add_paths, refine_iterations = map(python_number, (paths, seed, add_paths, refine_iterations))
     if isinstance(add_paths, bool) or not isinstance(add_paths, int) or add_paths < 0:
         raise ValueError(f"add_paths: got {add_paths!r}, wanted a whole number of at least 0")
     if refine_iterations is None:

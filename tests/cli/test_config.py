@@ -35,9 +35,9 @@ def test_none_is_left_out() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("path = 8", "no option 'path'; did you mean paths?"),
-        ("xing-weight = 8", "no option 'xing-weight'; did you mean xing_weight?"),
-        ("zzz = 8", "no option 'zzz'; there are loss, paths, schedule"),
+        ("path = 8", "no option 'path'; did you mean 'paths'?"),
+        ("xing-weight = 8", "no option 'xing-weight'; did you mean 'xing_weight'?"),
+        ("zzz = 8", "no option 'zzz'; wanted one of loss, paths, schedule"),
         ("[paths]\nn = 8", "paths: got {'n': 8}, wanted a number, text, true or false"),
         ("schedule = [1, [2]]", "schedule: got [2]"),
         ("paths = 2020-01-01", "paths: got datetime.date"),

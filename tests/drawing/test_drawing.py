@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from livecl.drawing.drawing import Drawing
+from livecl.drawing import Drawing, concatenate
 
 FITTING: dict[str, Any] = {
     "points": np.zeros((6, 3, 2)),
@@ -91,3 +91,34 @@ def test_sizes_that_are_none(size: Any) -> None:
 @pytest.mark.parametrize("names", ["ab", ["a"], ["a", 1], 3, [b"a", b"b"], ["a"] * 10_000])
 def test_names_that_are_none(names: Any) -> None:
     assert "wanted 2 texts, one for each layer" in refusal(names=names)
+
+
+def test_replace_names_what_was_given() -> None:
+    drawing = Drawing(**FITTING)
+    for change, message in (
+        ({"points": np.zeros((4, 3, 2))}, "points: the drawing's own subpath_offsets no longer fit"),
+        ({"colors": np.zeros((1, 4))}, "colors: the drawing's own layer_offsets no longer fit"),
+        ({"names": ["a"]}, r"names: got \['a'\]"),
+    ):
+        with pytest.raises(ValueError, match=f"^{message}"):
+            drawing.replace(**change)
+    with pytest.raises(TypeError, match="no argument 'color'; did you mean 'colors'"):
+        drawing.replace(color=np.zeros((2, 4)))
+
+
+def test_concatenate() -> None:
+    below = Drawing(**FITTING)
+    above = below.replace(names=["c", "d"], background=None)
+    both = concatenate(below, above)
+    assert both.names == ("a", "b", "c", "d") and both.layer_offsets.tolist() == [0, 1, 2, 3, 4]
+    np.testing.assert_array_equal(both.background, below.background)
+    with pytest.raises(ValueError, match=r"^above: a canvas of \(4, 4\) px, wanted that of below"):
+        concatenate(below, above.replace(size=(4, 4)))
+    with pytest.raises(TypeError, match=r"^above: got list, wanted a livecl\.Drawing"):
+        concatenate(below, [above])  # type: ignore[arg-type]
+
+
+def test_a_drawing_shows_itself_in_a_line() -> None:
+    drawing = Drawing(**FITTING)
+    assert repr(drawing) == "<Drawing of 2 layers, 6 segments, 9 x 8 px, background #ffffff>"
+    assert repr(drawing.replace(background=None)).endswith(", no background>")

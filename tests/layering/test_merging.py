@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from conftest import RasterizerFor
 from numpy.typing import NDArray
-from support import drawings
-from support.drawings import circle, rectangle
+from support import shapes
+from support.shapes import circle, rectangle
 
 from livecl import Drawing, Options
 from livecl.drawing.drawing import concatenate
@@ -33,7 +33,7 @@ def _halves(color: tuple[float, ...] = RED) -> Drawing:
         ([rectangle(20, 10, 38, 22)], color),
         ([circle((30, 16), 3)], BLUE),
     ]
-    return drawings.build(layers, SIZE)
+    return shapes.build(layers, SIZE)
 
 
 @pytest.fixture
@@ -85,7 +85,7 @@ def test_the_rise_of_the_error_is_that_of_rendered_pictures(
         ([circle(rng.uniform((8, 8), (32, 24)), rng.uniform(5, 12))], (*rng.uniform(size=3), rng.uniform(0.3, 1)))
         for _ in range(5)
     ]
-    drawing = drawings.build(layers, SIZE, background)
+    drawing = shapes.build(layers, SIZE, background)
     channels = 3 if background else 4
     target: NDArray[Any] = rng.uniform(0.2, 0.8, size=(*SIZE, channels)).astype(np.float32)
     best = _best(drawing, layer_alphas(drawing, rasterizer), pair, rasterizer, target, Options())
