@@ -27,8 +27,6 @@ from compare_svg import EDGE, FLAT, differences, premultiplied, shown_by_resvg
 from numpy.typing import NDArray
 from scipy import ndimage
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-
 import livecl
 from livecl.drawing import Drawing
 from livecl.errors import SvgError
