@@ -108,13 +108,15 @@ def test_checkout_without_installation(checkout: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("editable", [False, True], ids=["wheel", "editable"])
 def test_installation(checkout: Path, tmp_path: Path, editable: bool) -> None:
     environment = tmp_path / "environment"
-    venv.create(environment, symlinks=True, with_pip=True)
+    venv.create(environment, symlinks=True)
     (site,) = environment.glob("lib/python*/site-packages")
     # The dependencies, without network: the packages of this environment come after the new one's own.
     (site / "dependencies.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
     scripts = environment / "bin"
     options = ["--quiet", "--no-deps", "--no-index", "--no-build-isolation", *(["--editable"] if editable else [])]
-    run(scripts / "python", "-m", "pip", "install", *options, checkout, cwd=tmp_path)
+    # This environment's pip installs into the other, which need not have its own.
+    pip = [sys.executable, "-m", "pip", "--python", scripts / "python", "install"]
+    run(*pip, *options, checkout, cwd=tmp_path)
     if not editable:
         shutil.rmtree(checkout)
     package, kernels = map(Path, run(scripts / "python", "-c", USE, cwd=tmp_path).splitlines())
