@@ -15,14 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing.checks import checked_floats, checked_integers, checked_names, checked_offsets, checked_size
 from livecl.drawing.colors import format_rgb
+from livecl.drawing.fills import MAX_COORDINATE, Fills, concatenate_fills
 from livecl.drawing.labels import layer_labels, select_layers
 from livecl.errors import check_type, nearest
 
 if TYPE_CHECKING:
     from livecl.svg.writer import LayerStyle
 
-#: Largest coordinate accepted, px: beyond it float32 no longer resolves a sixteenth of a pixel.
-MAX_COORDINATE = 1e6
 #: What is wanted where something else was given, in messages.
 WANTED_DRAWING = "a livecl.Drawing, as of livecl.read_svg"
 
@@ -36,7 +35,7 @@ class Drawing:
 
     A row of `points` is a segment (anchor, handle, handle): the next row's anchor ends it, the subpath's first anchor
     ends the subpath's last segment. A subpath is a closed run of segments; a layer is one or more subpaths, filled
-    together by the nonzero rule with one colour; layer 0 is painted first. The arrays are read-only copies: use
+    together by the nonzero rule with one fill; layer 0 is painted first. The arrays are read-only copies: use
     :meth:`replace` to change one.
 
     Parameters
@@ -44,7 +43,8 @@ class Drawing:
     points : (M, 3, 2) array_like
         Control points (x, y), px, y down; pixel centres lie at (column + 0.5, row + 0.5).
     colors : (N, 4) array_like
-        Straight RGBA in [0, 1] of each layer's fill; A is the opacity.
+        Straight RGBA in [0, 1] of each layer's fill; A is the opacity. Of layers with a gradient, it is set to the
+        gradient's mean, so that it is opaque only where the gradient is.
     size : (int, int)
         Height and width of the canvas, px.
     background : (3,) array_like or None
@@ -58,6 +58,8 @@ class Drawing:
         Stage of the learning course that added each layer; all 0 where not given.
     names : (N,) sequence of str, optional
         Name of each layer, "" for none; all "" where not given. Kept on one line of visible characters, 120 at most.
+    fills : Fills, optional
+        Kind, geometry and stops of the layers that a gradient fills; all are solid where not given.
 
     Raises
     ------
@@ -73,6 +75,7 @@ class Drawing:
     layer_offsets: IntArray
     stages: IntArray
     names: tuple[str, ...]
+    fills: Fills
 
     def __init__(
         self,
@@ -85,6 +88,7 @@ class Drawing:
         layer_offsets: ArrayLike | None = None,
         stages: ArrayLike | None = None,
         names: Sequence[str] | None = None,
+        fills: Fills | None = None,
     ) -> None:
         values: dict[str, Any] = {"size": checked_size(size)}
         values["points"] = checked_floats("points", points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
@@ -110,6 +114,9 @@ class Drawing:
         if values["stages"].shape != (num_layers,):
             raise ValueError(f"stages: shape {values['stages'].shape}, wanted ({num_layers},)")
         values["names"] = ("",) * num_layers if names is None else checked_names(names, num_layers)
+        values["fills"] = _checked_fills(fills, num_layers)
+        if values["fills"].any_gradients:
+            values["colors"][values["fills"].gradient_layers] = values["fills"].mean_colors()
         for value in values.values():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
@@ -210,18 +217,29 @@ class Drawing:
                 f"{given}: the drawing's own {argument} no longer fit ({reason}); give these too"
             ) from error
 
-    def moved(self, points: FloatArray, colors: FloatArray, background: FloatArray | None) -> Drawing:
+    def moved(
+        self, points: FloatArray, colors: FloatArray, background: FloatArray | None, fills: Fills | None = None
+    ) -> Drawing:
         """Return the drawing with other numbers and the same structure, unchecked: for loops that call it often.
 
-        The arrays are taken as they are, not copied; the caller does not change them afterwards.
+        The arrays are taken as they are, not copied; the caller does not change them afterwards. `fills` are of the
+        kinds and numbers of stops that they were (:meth:`Fills.moved`), or None for those of this drawing.
         """
         drawing = object.__new__(Drawing)
         drawing.__dict__.update(self.__dict__, points=points, colors=colors, background=background)
+        if fills is not None and fills.any_gradients:
+            colors = colors.copy()
+            colors[fills.gradient_layers] = fills.mean_colors()
+            drawing.__dict__.update(colors=colors, fills=fills)
         return drawing
 
     def same_structure(self, other: Drawing) -> bool:
         """Return whether `other` shares this drawing's offsets: one was made from the other by :meth:`moved`."""
-        return self.subpath_offsets is other.subpath_offsets and self.layer_offsets is other.layer_offsets
+        return (
+            self.subpath_offsets is other.subpath_offsets
+            and self.layer_offsets is other.layer_offsets
+            and self.fills.kinds is other.fills.kinds
+        )
 
     def layer_subset(self, keep: ArrayLike) -> Drawing:
         """Return the drawing of some of the layers.
@@ -246,6 +264,7 @@ class Drawing:
             layer_offsets=_offsets(np.diff(self.layer_offsets)[layers]),
             stages=self.stages[layers],
             names=[self.names[layer] for layer in layers],
+            fills=self.fills.subset(layers),
         )
 
     @property
@@ -320,6 +339,7 @@ def concatenate(below: Drawing, above: Drawing) -> Drawing:
         layer_offsets=np.concatenate([below.layer_offsets, above.layer_offsets[1:] + below.layer_offsets[-1]]),
         stages=np.concatenate([below.stages, above.stages]),
         names=below.names + above.names,
+        fills=concatenate_fills([below.fills, above.fills]),
     )
 
 
@@ -331,6 +351,18 @@ def empty_drawing(size: tuple[int, int], background: ArrayLike | None = (1.0, 1.
         size=size,
         background=background,
     )
+
+
+def _checked_fills(fills: Fills | None, num_layers: int) -> Fills:
+    if fills is None:
+        return Fills.solid(num_layers)
+    if not isinstance(fills, Fills):
+        raise ValueError(f"fills: got {type(fills).__name__}, wanted livecl.drawing.Fills")
+    if len(fills) != num_layers:
+        if not fills.any_gradients:
+            return Fills.solid(num_layers)
+        raise ValueError(f"fills: got those of {len(fills)} layers, wanted {num_layers}")
+    return fills
 
 
 def _offsets(counts: IntArray) -> IntArray:

@@ -102,4 +102,4 @@ def scaled(drawing: Drawing, size: tuple[int, int]) -> Drawing:
         return drawing
     factors = np.array([size[1] / drawing.size[1], size[0] / drawing.size[0]])
     points = np.clip(drawing.points * factors, -MAX_COORDINATE, MAX_COORDINATE)
-    return drawing.replace(points=points, size=size)
+    return drawing.replace(points=points, size=size, fills=drawing.fills.stretched(factors))

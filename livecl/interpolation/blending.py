@@ -67,7 +67,7 @@ def interpolate(
     Notes
     -----
     Points: ``p = (1 - t) p_a + t p_b``, after :func:`livecl.interpolation.alignment.align`. Colours are mixed
-    premultiplied, see :func:`mix_colors`.
+    premultiplied, see :func:`mix_colors`; those of a layer with a gradient go by its mean.
     """
     places = np.atleast_1d(np.asarray(t, dtype=np.float64))
     if places.ndim != 1 or not np.all((places >= 0) & (places <= 1)):
@@ -150,7 +150,8 @@ def fit_canvas(drawing: Drawing, size: tuple[int, int]) -> Drawing:
     """
     scale = min(new / old for new, old in zip(size, drawing.size, strict=True))
     margin = [(new - scale * old) / 2 for new, old in zip(size, drawing.size, strict=True)]
-    return drawing.replace(points=drawing.points * scale + margin[::-1], size=size)
+    fills = drawing.fills.stretched(scale, margin[::-1])
+    return drawing.replace(points=drawing.points * scale + margin[::-1], size=size, fills=fills)
 
 
 def collapsed(drawing: Drawing) -> Drawing:

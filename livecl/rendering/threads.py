@@ -26,6 +26,8 @@ def channels_of(drawing: Drawing) -> int:
         If it is no drawing.
     """
     check_type("drawing", drawing, Drawing, WANTED_DRAWING)
+    if drawing.fills.any_gradients:
+        raise ValueError("drawing: has gradient fills, which are not rendered yet")
     return 4 if drawing.background is None else 3
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from livecl.drawing.colors import format_rgb
 from livecl.files import write_atomically
+from livecl.svg.servers import PaintServer, format_decimal, format_gradients
 
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
@@ -51,6 +52,7 @@ def quantize(drawing: Drawing, precision: int = 3) -> Drawing:
         points=np.round(drawing.points, int(precision)) + 0.0,  # turns -0 into 0
         colors=np.round(drawing.colors * 255) / 255,
         background=None if drawing.background is None else np.round(drawing.background * 255) / 255,
+        fills=drawing.fills.quantized(int(precision)),
     )
 
 
@@ -86,8 +88,12 @@ def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inksc
     groups = _stage_groups(drawing) if layers == "inkscape" else []
     labels = drawing.labels
     ids = _unique_ids(labels, reserved=["background", *(group_id for group_id, _, _ in groups)])
+    servers = format_gradients(drawing, ids, precision)
+    if servers:
+        definitions = dict.fromkeys(server.definition for server in servers.values())
+        lines += ["  <defs>", *(f"    {definition}" for definition in definitions), "  </defs>"]
     paths = [
-        _format_path(identifier, label, _format_paint(drawing, layer, precision), layers)
+        _format_path(identifier, label, _format_paint(drawing, layer, precision, servers.get(layer)), layers)
         for layer, (identifier, label) in enumerate(zip(ids, labels, strict=True))
     ]
     if layers == "plain":
@@ -145,11 +151,13 @@ def _format_path(identifier: str, label: str, paint: str, layers: LayerStyle) ->
     return f'<path id="{identifier}" {paint}><title>{escape(label)}</title></path>'
 
 
-def _format_paint(drawing: Drawing, layer: int, precision: int) -> str:
+def _format_paint(drawing: Drawing, layer: int, precision: int, server: PaintServer | None) -> str:
     """Fill and path data of a layer, as attributes. The nonzero rule is what SVG fills by where nothing is said."""
     rgba = drawing.colors[layer]
     data = "".join(_format_subpath(drawing.points[subpath], precision) for subpath in drawing.subpaths(layer))
-    opacity = f' fill-opacity="{_format_decimal(round(rgba[3] * 1e5), 5)}"' if rgba[3] < 1 else ""
+    if server is not None:
+        return f'fill="url(#{server.identifier})" d="{data}"'
+    opacity = f' fill-opacity="{format_decimal(round(rgba[3] * 1e5), 5)}"' if rgba[3] < 1 else ""
     return f'fill="{format_rgb(rgba)}"{opacity} d="{data}"'
 
 
@@ -169,16 +177,9 @@ def _format_subpath(points: FloatArray, precision: int) -> str:
 
 def _format_numbers(units: IntArray, precision: int) -> str:
     """Return numbers of the last decimal, spaced only where no sign or point parts them already."""
-    numbers = [_format_decimal(number, precision) for number in units.reshape(-1).tolist()]
+    numbers = [format_decimal(number, precision) for number in units.reshape(-1).tolist()]
     parts = [
         number if number[0] == "-" or (number[0] == "." and "." in before) else " " + number
         for before, number in itertools.pairwise(numbers)
     ]
     return numbers[0] + "".join(parts)
-
-
-def _format_decimal(number: int, precision: int) -> str:
-    """Return ``number * 10**-precision`` in as few characters as possible."""
-    whole, part = divmod(abs(number), 10**precision)
-    decimals = f".{part:0{precision}d}".rstrip("0") if part else ""
-    return ("-" if number < 0 else "") + (str(whole) if whole or not part else "") + decimals

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import Fills
 from livecl.files import write_atomically
 from livecl.training.adam import Adam
 
@@ -30,6 +31,7 @@ UNREADABLE = (
 )
 
 _DRAWING_ARRAYS = ("points", "colors", "subpath_offsets", "layer_offsets", "stages", "names")
+_FILLS_ARRAYS = ("kinds", "geometry", "stop_offsets", "stop_positions", "stop_colors")
 
 
 def write_archive(path: str | os.PathLike[str], facts: dict[str, Any], arrays: dict[str, Any]) -> None:
@@ -52,13 +54,19 @@ def read_archive(path: str | os.PathLike[str]) -> tuple[dict[str, Any], Arrays]:
 def drawing_arrays(prefix: str, drawing: Drawing) -> dict[str, Any]:
     """Return a drawing's arrays by name; its size is not among them."""
     arrays = {prefix + name: getattr(drawing, name) for name in _DRAWING_ARRAYS}
+    if drawing.fills.any_gradients:
+        arrays |= {f"{prefix}fills.{name}": getattr(drawing.fills, name) for name in _FILLS_ARRAYS}
     return arrays if drawing.background is None else {**arrays, f"{prefix}background": drawing.background}
 
 
 def drawing_from(prefix: str, arrays: Arrays, size: tuple[int, int]) -> Drawing:
     """Return the drawing that :func:`drawing_arrays` took apart."""
     background = arrays.get(f"{prefix}background")
-    return Drawing(size=size, background=background, **{name: arrays[prefix + name] for name in _DRAWING_ARRAYS})
+    fills = None
+    if f"{prefix}fills.kinds" in arrays:
+        fills = Fills(**{name: arrays[f"{prefix}fills.{name}"] for name in _FILLS_ARRAYS})
+    values = {name: arrays[prefix + name] for name in _DRAWING_ARRAYS}
+    return Drawing(size=size, background=background, fills=fills, **values)
 
 
 def adam_arrays(name: str, adam: Adam) -> dict[str, Any]:

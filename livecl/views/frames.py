@@ -59,7 +59,8 @@ def render_frames(
     rasterizer = Rasterizer(size, device)
     stretch = np.array([size[1] / width, size[0] / height])
     for drawing in drawings:
-        image = rasterizer.forward(drawing.replace(points=drawing.points * stretch, size=size))
+        fills = drawing.fills.stretched(stretch)
+        image = rasterizer.forward(drawing.replace(points=drawing.points * stretch, size=size, fills=fills))
         yield image if image.shape[2] == 3 else image[..., :3] + (1 - image[..., 3:])
 
 

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Fills`: what each layer of a drawing is filled with, a colour or a linear or radial gradient, in packed arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.drawing.checks import checked_floats, checked_integers
+
+#: Kinds of fills.
+SOLID, LINEAR, RADIAL = 0, 1, 2
+KINDS = ("solid", "linear", "radial")
+#: Largest coordinate accepted, px: beyond it float32 no longer resolves a sixteenth of a pixel.
+MAX_COORDINATE = 1e6
+#: Decimals of a stop's place that an SVG keeps.
+POSITION_DECIMALS = 4
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+
+@dataclasses.dataclass(frozen=True, eq=False, init=False)
+class Fills:
+    """Fills of N layers; the solid ones' colours are the drawing's.
+
+    A gradient is a colour at each place t of a line: stops, between which straight sRGB components and opacity change
+    linearly in t, and which go on beyond the first and the last one (SVG's ``pad``). Of a linear gradient with points
+    p0, p1, and of a radial one with a centre c and the ends e1, e2 of two axes, the pixel centre p has
+
+        t = (p - p0) . (p1 - p0) / |p1 - p0|^2        t = |E^-1 (p - c)|,  E the matrix of columns e1 - c, e2 - c.
+
+    Where p0 = p1, or E has no inverse, all is of the last stop's colour, as in SVG. Of stops at one place, the last
+    counts from there on. The arrays are read-only copies.
+
+    Parameters
+    ----------
+    kinds : (N,) array_like of int
+        SOLID (0), LINEAR (1) or RADIAL (2) for each layer.
+    geometry : (N, 3, 2) array_like
+        Points (x, y), px, y down. Linear: p0, p1 and zeros. Radial: c, e1, e2. Solid: zeros.
+    stop_offsets : (N + 1,) array_like of int
+        Layer n has the stops ``stop_offsets[n]:stop_offsets[n + 1]``: at least two for a gradient, none if solid.
+    stop_positions : (S,) array_like
+        Place t of each stop, in [0, 1]; not falling within a layer.
+    stop_colors : (S, 4) array_like
+        Straight RGBA in [0, 1] of each stop.
+
+    Raises
+    ------
+    ValueError
+        If shapes, offsets or numbers do not fit together; the message names the argument.
+    """
+
+    kinds: IntArray
+    geometry: FloatArray
+    stop_offsets: IntArray
+    stop_positions: FloatArray
+    stop_colors: FloatArray
+
+    def __init__(
+        self,
+        *,
+        kinds: ArrayLike,
+        geometry: ArrayLike,
+        stop_offsets: ArrayLike,
+        stop_positions: ArrayLike,
+        stop_colors: ArrayLike,
+    ) -> None:
+        kinds = checked_integers("fills.kinds", kinds)
+        if kinds.ndim != 1 or np.any((kinds < SOLID) | (kinds > RADIAL)):
+            raise ValueError(f"fills.kinds: got {kinds}, wanted 0 (solid), 1 (linear) or 2 (radial) for each layer")
+        num = len(kinds)
+        geometry = checked_floats("fills.geometry", geometry, (num, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
+        geometry[kinds == SOLID] = 0
+        geometry[kinds == LINEAR, 2] = 0
+        positions = checked_floats("fills.stop_positions", stop_positions, (-1,), 0.0, 1.0)
+        colors = checked_floats("fills.stop_colors", stop_colors, (len(positions), 4), 0.0, 1.0)
+        offsets = checked_integers("fills.stop_offsets", stop_offsets)
+        if offsets.shape != (num + 1,) or offsets[0] != 0 or offsets[-1] != len(positions):
+            raise ValueError(f"fills.stop_offsets: wanted {num + 1} offsets from 0 to {len(positions)}")
+        counts = np.diff(offsets)
+        if np.any(np.where(kinds == SOLID, counts != 0, counts < 2)):
+            raise ValueError("fills.stop_offsets: wanted two or more stops for each gradient, and none for solid fills")
+        inside = np.ones(max(len(positions) - 1, 0), bool)
+        inside[offsets[(offsets > 0) & (offsets < len(positions))] - 1] = False
+        if np.any(np.diff(positions)[inside] < 0):
+            raise ValueError("fills.stop_positions: must not fall within a layer")
+        self._hold(kinds, geometry, offsets, positions, colors)
+
+    def _hold(self, *arrays: NDArray[Any]) -> None:
+        for field, array in zip(dataclasses.fields(self), arrays, strict=True):
+            array.setflags(write=False)
+            self.__dict__[field.name] = array
+
+    @classmethod
+    def solid(cls, num_layers: int) -> Fills:
+        """Return the fills of solid layers."""
+        return cls(
+            kinds=np.zeros(num_layers),
+            geometry=np.zeros((num_layers, 3, 2)),
+            stop_offsets=np.zeros(num_layers + 1),
+            stop_positions=np.zeros(0),
+            stop_colors=np.zeros((0, 4)),
+        )
+
+    @classmethod
+    def linear(cls, p0: ArrayLike, p1: ArrayLike, colors: ArrayLike, positions: ArrayLike | None = None) -> Fills:
+        """Return one layer's linear gradient from `p0` to `p1`, px; stops (K, 4), evenly placed unless told."""
+        return cls._one(LINEAR, [p0, p1, (0.0, 0.0)], colors, positions)
+
+    @classmethod
+    def radial(
+        cls, center: ArrayLike, end1: ArrayLike, end2: ArrayLike, colors: ArrayLike, positions: ArrayLike | None = None
+    ) -> Fills:
+        """Return one layer's radial gradient of an ellipse's centre and the ends of two axes, px; stops as above."""
+        return cls._one(RADIAL, [center, end1, end2], colors, positions)
+
+    @classmethod
+    def _one(cls, kind: int, points: list[ArrayLike], colors: ArrayLike, positions: ArrayLike | None) -> Fills:
+        stops = np.asarray(colors, dtype=np.float64)
+        return cls(
+            kinds=[kind],
+            geometry=np.asarray([points], dtype=np.float64),
+            stop_offsets=[0, len(stops)],
+            stop_positions=np.linspace(0, 1, len(stops)) if positions is None else positions,
+            stop_colors=stops,
+        )
+
+    def __len__(self) -> int:
+        """Return the number of layers, N."""
+        return len(self.kinds)
+
+    @functools.cached_property
+    def any_gradients(self) -> bool:
+        """Whether any layer is not solid."""
+        return bool(self.kinds.any())
+
+    @property
+    def gradient_layers(self) -> NDArray[np.intp]:
+        """Layers that are not solid, rising: (K,)."""
+        return np.flatnonzero(self.kinds)
+
+    @functools.cached_property
+    def stop_layers(self) -> IntArray:
+        """Layer of each stop: (S,)."""
+        return np.repeat(np.arange(len(self), dtype=np.int32), np.diff(self.stop_offsets))
+
+    def stops(self, layer: int) -> slice:
+        """Return the stops of a layer, a slice of `stop_positions` and `stop_colors`."""
+        return slice(int(self.stop_offsets[layer]), int(self.stop_offsets[layer + 1]))
+
+    def moved(self, geometry: FloatArray, stop_positions: FloatArray, stop_colors: FloatArray) -> Fills:
+        """Return fills of the same kinds with other numbers, unchecked: for loops that call it often.
+
+        The arrays are taken as they are, not copied; the caller does not change them afterwards.
+        """
+        fills = object.__new__(Fills)
+        fills.__dict__.update(self.__dict__, geometry=geometry, stop_positions=stop_positions, stop_colors=stop_colors)
+        return fills
+
+    def subset(self, layers: ArrayLike) -> Fills:
+        """Return the fills of some layers, by index (K,)."""
+        layers = np.asarray(layers, dtype=np.int64)
+        counts = np.diff(self.stop_offsets)[layers]
+        stops = self.stop_rows(layers)
+        return Fills(
+            kinds=self.kinds[layers],
+            geometry=self.geometry[layers],
+            stop_offsets=np.concatenate([[0], np.cumsum(counts)]),
+            stop_positions=self.stop_positions[stops],
+            stop_colors=self.stop_colors[stops],
+        )
+
+    def stop_rows(self, layers: ArrayLike) -> NDArray[np.int64]:
+        """Return the indices of the stops of some layers (K,), in their order."""
+        rows = [np.arange(self.stop_offsets[n], self.stop_offsets[n + 1]) for n in np.asarray(layers, dtype=np.int64)]
+        return np.concatenate([np.zeros(0, np.int64), *rows])
+
+    def stretched(self, factors: ArrayLike, offset: ArrayLike = (0.0, 0.0)) -> Fills:
+        """Return the fills on a stretched canvas, where each point (x, y) lies at ``factors * (x, y) + offset``.
+
+        Ends of axes go with the points. The lines of equal colour of a linear gradient do too, but are no longer at
+        right angles to p1 - p0: of the row g for which t = g . (p - p0), what is left is g / factors, and the p1 that
+        has it is p0 + g / |g|^2.
+        """
+        factors, offset = np.broadcast_to(factors, 2), np.asarray(offset)
+        geometry = np.where(self.kinds[:, None, None] == SOLID, self.geometry, self.geometry * factors + offset)
+        linear = self.kinds == LINEAR
+        if linear.any() and factors[0] != factors[1]:
+            along = self.geometry[linear, 1] - self.geometry[linear, 0]
+            square = (along**2).sum(axis=1, keepdims=True)
+            row = along / np.where(square > 0, square, 1) / factors
+            square = (row**2).sum(axis=1, keepdims=True)
+            geometry[linear, 1] = geometry[linear, 0] + row / np.where(square > 0, square, 1)
+        return self.with_numbers(geometry=geometry)
+
+    def quantized(self, precision: int) -> Fills:
+        """Return the fills that a saved SVG holds: geometry rounded to `precision` decimals, stops to 8 bits."""
+        return self.with_numbers(
+            geometry=np.round(self.geometry, precision) + 0.0,
+            stop_positions=np.round(self.stop_positions, POSITION_DECIMALS),
+            stop_colors=np.round(self.stop_colors * 255) / 255,
+        )
+
+    def with_numbers(self, **changes: FloatArray) -> Fills:
+        """Return a copy with other geometry, stop positions or stop colours, checked."""
+        if not self.any_gradients:
+            return self
+        return Fills(
+            **{field.name: changes.get(field.name, getattr(self, field.name)) for field in dataclasses.fields(self)}
+        )
+
+    def mean_colors(self) -> FloatArray:
+        """Return the straight RGBA of each gradient, averaged premultiplied over t in [0, 1]: (K, 4).
+
+        It is what stands for a gradient where one colour is wanted. A is 1 only where all stops are opaque.
+        """
+        means = np.empty((len(self.gradient_layers), 4))
+        for row, layer in enumerate(self.gradient_layers.tolist()):
+            t, rgba = self.stop_positions[self.stops(layer)], self.stop_colors[self.stops(layer)]
+            # The trapezoids' rule over the stops, which hold on from 0 and up to 1; exact but for products of slopes.
+            places = np.concatenate([[0.0], t, [1.0]])
+            held = np.concatenate([rgba[:1], rgba, rgba[-1:]])
+            weights = np.zeros(len(places))
+            weights[:-1] += np.diff(places) / 2
+            weights[1:] += np.diff(places) / 2
+            alpha = float(weights @ held[:, 3])
+            rgb = (weights * held[:, 3]) @ held[:, :3] / alpha if alpha > 0 else weights @ held[:, :3]
+            means[row] = np.clip([*rgb, 1.0 if (rgba[:, 3] == 1).all() else min(alpha, 1 - 1e-9)], 0, 1)
+        return means
+
+
+def concatenate_fills(parts: Sequence[Fills]) -> Fills:
+    """Return the fills of the layers of several drawings, one after the other."""
+    starts = itertools.accumulate((len(part.stop_positions) for part in parts), initial=0)
+    return Fills(
+        kinds=np.concatenate([part.kinds for part in parts]),
+        geometry=np.concatenate([part.geometry for part in parts]),
+        stop_offsets=np.concatenate(
+            [[0], *(start + part.stop_offsets[1:] for start, part in zip(starts, parts, strict=False))]
+        ),
+        stop_positions=np.concatenate([part.stop_positions for part in parts]),
+        stop_colors=np.concatenate([part.stop_colors for part in parts]),
+    )

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gradients of a drawing as SVG: a `<linearGradient>` or `<radialGradient>` for each that is used, equal ones once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.colors import format_rgb
+from livecl.drawing.fills import LINEAR, POSITION_DECIMALS
+
+if TYPE_CHECKING:
+    from livecl.drawing.drawing import Drawing
+
+
+class PaintServer(NamedTuple):
+    """A gradient element and its id."""
+
+    identifier: str
+    definition: str
+
+
+def format_gradients(drawing: Drawing, ids: list[str], precision: int) -> dict[int, PaintServer]:
+    """Return the gradient of each layer that has one; an id is made of that of the first layer that uses it.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Quantized.
+    ids : list of str
+        Ids of the layers.
+    precision : int
+        Decimals kept of coordinates in px.
+    """
+    taken, known, servers = set(ids), dict[str, PaintServer](), dict[int, PaintServer]()
+    for layer in drawing.fills.gradient_layers.tolist():
+        kind, geometry = _geometry(drawing, layer, precision)
+        stops = _stops(drawing, layer)
+        content = f"{geometry}>{stops}"
+        if content not in known:
+            identifier = f"{ids[layer]}-fill"
+            while identifier in taken:
+                identifier += "-fill"
+            taken.add(identifier)
+            element = f'<{kind} id="{identifier}" gradientUnits="userSpaceOnUse" {content}</{kind}>'
+            known[content] = PaintServer(identifier, element)
+        servers[layer] = known[content]
+    return servers
+
+
+def _geometry(drawing: Drawing, layer: int, precision: int) -> tuple[str, str]:
+    """Return the element's name and the attributes that place it; an ellipse is the unit circle, transformed."""
+    points = drawing.fills.geometry[layer]
+
+    def number(value: float) -> str:
+        return format_decimal(round(value * 10**precision), precision)
+
+    if drawing.fills.kinds[layer] == LINEAR:
+        (x1, y1), (x2, y2) = points[:2].tolist()
+        return "linearGradient", f'x1="{number(x1)}" y1="{number(y1)}" x2="{number(x2)}" y2="{number(y2)}"'
+    center, axes = points[0], points[1:] - points[0]
+    if not round(float(np.abs(np.linalg.det(axes))), 2 * precision):  # SVG ignores or refuses what has no inverse
+        return "radialGradient", f'cx="{number(center[0])}" cy="{number(center[1])}" r="0"'
+    values = " ".join(number(value) for value in [*axes.ravel().tolist(), *center.tolist()])
+    return "radialGradient", f'cx="0" cy="0" r="1" gradientTransform="matrix({values})"'
+
+
+def _stops(drawing: Drawing, layer: int) -> str:
+    """Return the `<stop>` elements of a layer."""
+    own = drawing.fills.stops(layer)
+    return "".join(
+        _stop(position, rgba)
+        for position, rgba in zip(
+            drawing.fills.stop_positions[own].tolist(), drawing.fills.stop_colors[own], strict=True
+        )
+    )
+
+
+def _stop(position: float, rgba: NDArray[np.float64]) -> str:
+    opacity = f' stop-opacity="{format_decimal(round(rgba[3] * 1e5), 5)}"' if rgba[3] < 1 else ""
+    offset = format_decimal(round(position * 10**POSITION_DECIMALS), POSITION_DECIMALS)
+    return f'<stop offset="{offset}" stop-color="{format_rgb(rgba)}"{opacity}/>'
+
+
+def format_decimal(number: int, precision: int) -> str:
+    """Return ``number * 10**-precision`` in as few characters as possible."""
+    whole, part = divmod(abs(number), 10**precision)
+    decimals = f".{part:0{precision}d}".rstrip("0") if part else ""
+    return ("-" if number < 0 else "") + (str(whole) if whole or not part else "") + decimals
