@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sweep folders of SVG files: which are read right, with a warning, refused, or silently wrong.
 
-Each file is read and rendered, and compared with the PNG of the same name, or, where there is none, with resvg's
-picture; tools/compare_svg.py derives the bounds. The frame that a test suite draws around each of its pictures, and
-W3C's line of revision, are taken out of the file, and the pixels that they change out of the comparison: read as
-strokes and text, they would make every file one with a warning. A table by folder; returns 1 if a file is silently
-wrong.
+Each file is read and rendered, and compared with the PNG of the same name (or that ends in -ref), or, where there is
+none, with resvg's picture; tools/compare_svg.py derives the bounds. The frame that a test suite draws around each of
+its pictures, and W3C's line of revision, are taken out of the file, and the pixels that they change out of the
+comparison: read as strokes and text, they would make every file one with a warning. A table by folder; returns 1 if a
+file is silently wrong.
 
 Known mistakes of the reference are listed in a file (`--known`), one name of a file a line, `#` begins a comment;
 they are counted as right and named.
@@ -69,9 +69,9 @@ def without_frame(data: bytes) -> tuple[bytes, bool]:
 
 def reference(path: Path, data: bytes) -> FloatArray:
     """Return the PNG beside an SVG, or resvg's picture of `data`, in premultiplied RGBA: (H, W, 4)."""
-    picture = path.with_suffix(".png")
-    if picture.is_file():
-        return premultiplied(livecl.read_image(picture))
+    for picture in (path.with_suffix(".png"), path.with_name(f"{path.stem}-ref.png")):
+        if picture.is_file():
+            return premultiplied(livecl.read_image(picture))
     return shown_by_resvg(data, path.parent)
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import collections
 import os
 import re
+import zlib
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -38,6 +39,16 @@ def read_document(source: str | os.PathLike[str] | bytes) -> tuple[str, bytes]:
         raise SvgError(f"{name}: {error.strerror or error}; check the path") from error
 
 
+def decompressed(data: bytes) -> bytes:
+    """Return the content of compressed SVG (``.svgz``), at most a byte more than is read; other data as they are."""
+    if not data.startswith(b"\x1f\x8b"):
+        return data
+    try:
+        return zlib.decompressobj(wbits=zlib.MAX_WBITS | 16).decompress(data, MAX_BYTES + 1)
+    except zlib.error as error:
+        raise ValueError(f"compressed data is damaged ({error}); save it again") from error
+
+
 def parse_document(data: bytes) -> ElementTree.Element:
     """Return the root of an SVG document.
 
@@ -47,6 +58,7 @@ def parse_document(data: bytes) -> ElementTree.Element:
         If it is too large or nested too deep, not a whole XML document, no SVG, refers to other files, or has entities
         that expand to much.
     """
+    data = decompressed(data)
     if len(data) > MAX_BYTES:
         raise ValueError(f"larger than {MAX_BYTES // 1_000_000} MB; remove embedded pictures or simplify its paths")
     try:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 import time
 import warnings
+import zlib
 from pathlib import Path
 
 import pytest
@@ -182,6 +183,14 @@ def test_a_file_over_the_limit_is_not_read_whole(tmp_path: Path) -> None:
         stream.truncate(10**12)  # takes no space
     with pytest.raises(SvgError, match=r"large\.svg: larger than 50 MB"):
         read_svg(path)
+
+
+def test_compressed_bombs_are_refused() -> None:
+    """10^9 spaces in a million bytes: not a byte more than the limit is unpacked."""
+    compressor = zlib.compressobj(9, wbits=zlib.MAX_WBITS | 16)
+    blocks = [compressor.compress(b" " * 10**7) for _ in range(100)]
+    with pytest.raises(SvgError, match="larger than 50 MB"):
+        read_svg(b"".join(blocks) + compressor.flush())
 
 
 def test_size_limits(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

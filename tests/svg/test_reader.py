@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import gzip
 import math
 import time
 from collections.abc import Sequence
@@ -363,6 +364,18 @@ def test_internal_entities(encoding: str) -> None:
     drawing = read_svg(text.encode(encoding))
     assert_points(drawing, shifted(SQUARE, -1, -2), SQUARE)
     np.testing.assert_array_equal(drawing.colors, [[1, 0, 0, 1]] * 2)
+
+
+def test_compressed_files(tmp_path: Path) -> None:
+    path = tmp_path / "square.svgz"
+    data = gzip.compress(document('<path d="M1 2h3v4h-3z"/>'))
+    path.write_bytes(data)
+    assert_points(read_svg(path), SQUARE)
+    assert_points(read_svg(data), SQUARE)
+    with pytest.raises(SvgError, match=r"not a whole XML document|damaged"):
+        read_svg(data[:-20])
+    with pytest.raises(SvgError, match="damaged"):
+        read_svg(data[:12] + b"\xff" * 40)
 
 
 def test_edges_without_antialiasing_are_named() -> None:
