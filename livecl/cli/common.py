@@ -102,7 +102,7 @@ def read_drawing(path: Path, arguments: argparse.Namespace) -> livecl.Drawing:
     image = read_input(livecl.read_image, path)
     options, schedule = method(arguments)
     options = dataclasses.replace(options, holes=False)  # a hole shows what lies below: two things in one layer
-    with RunProgress(options.revisions, quiet=arguments.quiet) as progress:
+    with RunProgress(quiet=arguments.quiet) as progress:
         result = livecl.vectorize(
             image,
             paths=arguments.paths,
@@ -110,7 +110,7 @@ def read_drawing(path: Path, arguments: argparse.Namespace) -> livecl.Drawing:
             options=options,
             device=arguments.device,
             seed=arguments.seed,
-            on_step=progress.show,
+            on_step=progress,
         )
     inform(f"{path}: {result.drawing.num_layers} paths, MSE {result.mse:.3g}, {result.seconds:.1f} s", arguments)
     return result.drawing

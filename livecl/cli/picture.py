@@ -90,13 +90,13 @@ def _worked(job: Job, interrupts: Interrupts) -> tuple[Finished | None, RunError
     """Run, and return the finished run and the failure; either may be None."""
     course, failure, result = None, None, None
     control = dataclasses.replace(job.control, stop=interrupts.reason)
-    with RunProgress(job.recipe.options.revisions, quiet=job.quiet) as progress:
+    with RunProgress(quiet=job.quiet) as progress:
         if any(kind.shows_course for kind, _ in job.outputs):
             from livecl.views.course import Course
 
-            course = Course(job.frame_step, on_step=progress.show)
+            course = Course(job.frame_step, on_step=progress)
         try:
-            result = job.recipe.vectorize(job.image, job.device, course or progress.show, control)
+            result = job.recipe.vectorize(job.image, job.device, course or progress, control)
         except RunError as error:
             result, failure = error.result, error
     if result is None:

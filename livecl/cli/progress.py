@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from livecl.batch.summary import Outcome
-    from livecl.run.stages import Step
+    from livecl.run.callbacks import Step
 
 #: Seconds between two renders for the error that the progress bar shows.
 MSE_INTERVAL = 0.5
@@ -51,26 +51,18 @@ class RunProgress(_Progress):
 
     Parameters
     ----------
-    revisions : int
-        How many of the stages are revisions, at the end.
     quiet : bool
         Show none.
     """
 
-    def __init__(self, revisions: int, *, quiet: bool) -> None:
+    def __init__(self, *, quiet: bool) -> None:
         super().__init__(None, "it", quiet=quiet)
         self._bar.set_description("preparing")
-        self._revisions = revisions
         self._next_mse = 0.0
         self._mse = ""
 
-    def show(self, step: Step) -> None:
+    def __call__(self, step: Step) -> None:
         """Move the bar to an iteration; the error costs a render and is shown a few times a second only."""
-        num_stages = step.num_stages - self._revisions
-        revision = step.stage - num_stages
-        text = f"stage {step.stage + 1}/{num_stages}" if revision < 0 else f"revision {revision + 1}"
-        if step.iteration == step.iterations and _log.isEnabledFor(logging.INFO):
-            _log.info("%s: %d paths, MSE %.3g", text, step.paths, step.mse)
         if self._bar.disable:
             return
         now = time.monotonic()
@@ -78,9 +70,15 @@ class RunProgress(_Progress):
             self._next_mse = now + MSE_INTERVAL
             self._mse = f"{step.mse:.3g}"
         self._bar.total = step.num_stages * step.iterations
-        self._bar.set_description(text, refresh=False)
+        self._bar.set_description(step.name, refresh=False)
         self._bar.set_postfix_str(f"paths {step.paths}, MSE {self._mse}", refresh=False)
         self._bar.update(step.stage * step.iterations + step.iteration - self._bar.n)
+
+    def on_stage(self, step: Step, kept: bool) -> None:
+        """Log the end of a stage."""
+        if _log.isEnabledFor(logging.INFO):
+            taken_back = "" if kept else ", taken back"
+            _log.info("%s: %d paths, MSE %.3g%s", step.name, step.drawing.num_layers, step.mse, taken_back)
 
 
 class FilmProgress(_Progress):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import io
 import os
-from typing import TYPE_CHECKING, Any, BinaryIO, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 OVERSHOOT = 0.01
 
 FloatArray = NDArray[np.float32]
+#: Whatever a picture may be given as.
+Picture: TypeAlias = "ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Image"
 
 
 def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
@@ -52,7 +54,7 @@ def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
     return _straight(name, data, opened(name, data))
 
 
-def as_image(source: ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Image) -> FloatArray:
+def as_image(source: Picture) -> FloatArray:
     """Return a picture as straight colours, whatever it is given as.
 
     Parameters

@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
+from .callbacks import Step as Step
 from .control import Control as Control
 from .recipe import Recipe as Recipe
 from .recipe import vectorize as vectorize
@@ -6,7 +7,6 @@ from .result import Result as Result
 from .result import RunError as RunError
 from .sequences import SequenceResult as SequenceResult
 from .sequences import vectorize_sequence as vectorize_sequence
-from .stages import Step as Step
 
 __all__ = [
     "Control",

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from livecl.errors import CheckpointError
 from livecl.files import remove_leftovers
+from livecl.run.record import Record
 from livecl.run.result import Stage
 from livecl.training.archive import UNREADABLE, Arrays, drawing_arrays, drawing_from, read_archive, write_archive
 from livecl.training.state import State
@@ -30,15 +31,6 @@ KIND, FORMAT = "livecl checkpoint", 1
 PERIOD, LEAST_RATIO = 5.0, 100
 
 _log = logging.getLogger(__name__)
-
-
-@dataclasses.dataclass
-class Record:
-    """How far a run has come: the outcomes of finished stages, and what the one under way has taken so far."""
-
-    stages: list[Stage] = dataclasses.field(default_factory=list)
-    iterations: int = 0
-    seconds: float = 0.0
 
 
 def identity_of(state: State, target: NDArray[Any], seed: int, device: DeviceInfo) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import hashlib
 import itertools
 import json
 import reprlib
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -25,9 +25,10 @@ from livecl.svg.writer import MAX_PRECISION, LayerStyle, format_svg, quantize
 from livecl.version import __version__
 
 if TYPE_CHECKING:
+    from livecl.image.reading import Picture
+    from livecl.run.callbacks import OnStep
     from livecl.run.control import Control
     from livecl.run.result import Result, Stage
-    from livecl.run.stages import Picture, Step
 
 #: How layers and stages are written.
 LAYER_STYLES = get_args(LayerStyle)
@@ -162,7 +163,7 @@ class Recipe:
         self,
         image: Picture,
         device: int | str | None = None,
-        on_step: Callable[[Step], bool | None] | None = None,
+        on_step: OnStep | None = None,
         control: Control | None = None,
     ) -> Result:
         """Vectorize a picture; arguments and errors as for :func:`livecl.vectorize`.
@@ -232,7 +233,7 @@ def vectorize(
     options: Options | None = None,
     device: int | str | None = None,
     seed: int = 0,
-    on_step: Callable[[Step], bool | None] | None = None,
+    on_step: OnStep | None = None,
     start: Drawing | None = None,
     lock: Sequence[int] = (),
     control: Control | None = None,
@@ -258,7 +259,9 @@ def vectorize(
     seed : int
         Seed of whatever is random.
     on_step : callable, optional
-        Called with a :class:`Step` after each iteration; where it returns true the run stops there.
+        Called with a :class:`livecl.Step` after each iteration; where it returns true the run stops there. If it has a
+        method ``on_stage``, ``on_stage(step, kept)`` is called at the end of each stage: `kept` is False where the run
+        goes on with the drawing before it.
     start : Drawing, optional
         Drawing to start from, stretched to the picture's canvas: a first stage refines it, then the paths asked for are
         added. The result is never worse than it.

@@ -14,12 +14,11 @@ from livecl.drawing.checks import python_number
 from livecl.drawing.drawing import Drawing, concatenate
 from livecl.errors import check_type
 from livecl.image.background import NONE
-from livecl.image.reading import as_image
+from livecl.image.reading import Picture, as_image
 from livecl.interpolation.blending import collapsed
 from livecl.options import WANTED_OPTIONS, Options
 from livecl.run.hints import with_hints
 from livecl.run.result import Result
-from livecl.run.stages import Picture
 from livecl.run.vectorization import vectorize_pixels
 
 #: Share of the learning rate of points that is left where they start near their places: they slide along outlines less,

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -15,11 +15,13 @@ from livecl.drawing.drawing import Drawing, empty_drawing
 from livecl.errors import LiveclError
 from livecl.image.background import background_for
 from livecl.options import Options
-from livecl.run.checkpoint import Checkpoints, Record, identity_of, load_checkpoint
+from livecl.run.callbacks import OnStep
+from livecl.run.checkpoint import Checkpoints, identity_of, load_checkpoint
 from livecl.run.control import Control, Watch
 from livecl.run.loop import Loop
+from livecl.run.record import Record
 from livecl.run.result import Result, RunError, Stage
-from livecl.run.stages import Step, Vectorizer
+from livecl.run.run import Run
 from livecl.schedule import parse_schedule
 from livecl.training.state import State
 
@@ -31,7 +33,7 @@ def vectorize_pixels(
     options: Options | None = None,
     device: int | str | None = None,
     seed: int = 0,
-    on_step: Callable[[Step], bool | None] | None = None,
+    on_step: OnStep | None = None,
     start: Drawing | None = None,
     lock: Sequence[int] = (),
     control: Control | None = None,
@@ -61,18 +63,18 @@ def vectorize_pixels(
         raise ValueError(f"seed: got {seed!r}, wanted a whole number of at least 0")
     begin = time.perf_counter()
     control = Control() if control is None else control
-    watch = Watch(control)
+    watch = Watch(control)  # its clock starts
     state = _first_state(image, paths, schedule, options, seed, start, lock)
-    vectorizer = Vectorizer(image, state, device)
-    info = vectorizer.rasterizer.device.info
-    identity = identity_of(state, vectorizer.target, seed, info)
+    run = Run(image, state, device, watch.check)
+    info = run.rasterizer.device.info
+    identity = identity_of(state, run.target, seed, info)
     record = Record()
     if control.resume and control.checkpoint is not None and Path(control.checkpoint).exists():
-        vectorizer.state, record = load_checkpoint(control.checkpoint, identity)
-    if not vectorizer.finished:
-        vectorizer.warm_up()
+        run.state, record = load_checkpoint(control.checkpoint, identity)
+    if not run.finished:
+        run.warm_up()
     compiled = time.perf_counter()
-    loop = Loop(vectorizer, on_step, watch, Checkpoints(control.checkpoint, identity, control.period), record)
+    loop = Loop(run, on_step, Checkpoints(control.checkpoint, identity, control.period), record)
 
     def result_of(stages: Sequence[Stage], stopped: str | None) -> Result:
         return Result(
@@ -87,7 +89,7 @@ def vectorize_pixels(
         )
 
     try:
-        loop.run()
+        loop.train()
         return result_of(loop.stages(), loop.stopped)
     except (LiveclError, MemoryError) as error:
         message = str(error) or "out of memory"

@@ -26,7 +26,7 @@ from livecl.training.archive import (
     write_archive,
 )
 
-_FORMAT = 3
+_FORMAT = 4
 
 #: What a run may do with a layer: all it likes; move and colour it; nothing.
 FREE, KEPT, LOCKED = 0, 1, 2
@@ -53,9 +53,9 @@ class State:
     options : Options
         Parameters of the method.
     schedule : tuple of int
-        Paths that each stage adds.
+        Paths that each stage adds; 0 where it refines what there is. Revisions follow.
     stage, iteration : int
-        The stage that is under way, and its steps so far.
+        The stage or revision that is under way, and its steps so far.
     points, colors, background : Adam
         Moments of the control points, by segment, of the colours, by layer, and of the background.
     pieces : (M,) int
@@ -68,8 +68,10 @@ class State:
         What a run started from that began with layers.
     kept_weight : (H, W) float or None
         Distance weight that earlier stages left (the released program's loss).
+    asked : int
+        Paths that the stages begun so far were to add: revisions keep their number.
     error : float
-        Mean squared error after the last stage.
+        Visible mean squared error after the last stage, where `Options.target_mse` or `Options.path_gain` need it.
     placed : bool
         Whether the paths of the stage are placed: it has begun.
     failures : int
@@ -91,6 +93,7 @@ class State:
     holds: NDArray[np.int8]
     start_drawing: Drawing | None = None
     kept_weight: NDArray[Any] | None = None
+    asked: int = 0
     error: float = float("inf")
     placed: bool = False
     failures: int = 0
@@ -228,6 +231,7 @@ class State:
             "schedule": self.schedule,
             "stage": self.stage,
             "iteration": self.iteration,
+            "asked": self.asked,
             "error": self.error,
             "placed": self.placed,
             "failures": self.failures,
@@ -264,6 +268,7 @@ class State:
             holds=arrays["holds"],
             start_drawing=drawing_from("start.", arrays, facts["size"]) if "start.points" in arrays else None,
             kept_weight=arrays.get("kept_weight"),
+            asked=facts["asked"],
             error=facts["error"],
             placed=facts["placed"],
             failures=facts["failures"],

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
 from livecl.image.resizing import scaled
+from livecl.run.callbacks import OnStep, Step, tell_stage_end
 from livecl.run.result import Result
-from livecl.run.stages import LEAST_IMPROVEMENT, Step
 from livecl.views.films import save_mp4
 from livecl.views.frames import encode_gif, render_frames
 
@@ -36,8 +36,8 @@ class Frame:
 class Course:
     """Keeps drawings of a run: pass it as `on_step`.
 
-    A drawing takes a few kilobytes, and nothing is rendered but one picture at the end of each stage: it tells whether
-    a revision paid. Revisions that did not, and were taken back, are not part of the course.
+    A drawing takes a few kilobytes, and nothing is rendered. Stages that the run takes back are not part of the course,
+    and a revision is once the run has kept it (:meth:`on_stage`).
 
     Parameters
     ----------
@@ -47,29 +47,32 @@ class Course:
         Another callback, which is called first; where it returns true the run stops.
     """
 
-    def __init__(self, every: int = 10, *, on_step: Callable[[Step], bool | None] | None = None) -> None:
+    def __init__(self, every: int = 10, *, on_step: OnStep | None = None) -> None:
         if isinstance(every, bool) or not isinstance(every, int) or every < 1:
             raise ValueError(f"every: got {every!r}, wanted a whole number of at least 1")
         self.every = every
         self._on_step = on_step
         self._frames: list[Frame] = []
         self._attempt: list[Frame] = []
-        self._error = float("inf")
 
     def __call__(self, step: Step) -> bool | None:
         """Keep the drawing, where it is its turn; return what the other callback returned."""
         stopped = None if self._on_step is None else self._on_step(step)
-        last = step.iteration == step.iterations
-        if step.iteration == 1:
-            self._attempt = []
-        if step.iteration == 1 or last or step.iteration % self.every == 0:
-            # A stage that adds layers labels them with its number or, after a start from a drawing, a higher one.
-            revision = step.drawing.stages.max(initial=0) < step.stage
-            frames = self._attempt if revision else self._frames
+        if step.iteration == 1 or step.iteration == step.iterations or step.iteration % self.every == 0:
+            if self._attempt and self._attempt[-1].stage != step.stage:
+                self._attempt = []
+            frames = self._attempt if step.kind == "revise" else self._frames
             frames.append(Frame(step.stage, step.iteration, step.drawing))
-            if last:
-                self._close(step.mse, revision)
         return stopped
+
+    def on_stage(self, step: Step, kept: bool) -> None:
+        """Add a revision that is kept; leave out the stage if it is taken back."""
+        tell_stage_end(self._on_step, step, kept)
+        if kept:
+            self._frames += self._attempt
+        else:
+            self._frames = [frame for frame in self._frames if frame.stage != step.stage]
+        self._attempt = []
 
     @property
     def frames(self) -> tuple[Frame, ...]:
@@ -173,13 +176,6 @@ class Course:
         """
         drawings = self.drawings(step=step, result=result)
         save_mp4(path, _rendered(drawings, scale, device, progress), fps=fps, hold=hold)
-
-    def _close(self, error: float, revision: bool) -> None:
-        """End a stage; a revision belongs to the course if the run keeps it."""
-        if not revision or error < (1 - LEAST_IMPROVEMENT) * self._error:
-            self._error = error
-            self._frames += self._attempt
-        self._attempt = []
 
 
 def _rendered(

@@ -7,13 +7,12 @@ import html
 import signal
 import threading
 import time
-from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any
 
 from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
-from livecl.run.stages import Step
+from livecl.run.callbacks import OnStep, Step, tell_stage_end
 from livecl.views.report.markup import STAGE_PRECISION, drawing_svg
 
 
@@ -48,7 +47,7 @@ class LiveView:
         interval: float = 0.3,
         *,
         width: int | None = None,
-        on_step: Callable[[Step], bool | None] | None = None,
+        on_step: OnStep | None = None,
     ) -> None:
         if not interval >= 0:
             raise ValueError(f"interval: got {interval!r}, wanted a number of seconds of at least 0")
@@ -92,6 +91,12 @@ class LiveView:
             self._next = time.monotonic() + self.interval
         return stopped
 
+    def on_stage(self, step: Step, kept: bool) -> None:
+        """Show the drawing that the run goes on with where a stage was taken back."""
+        tell_stage_end(self._on_step, step, kept)
+        if not kept:
+            self._show(step.drawing, f"{step.name}, taken back, paths {step.drawing.num_layers}")
+
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         if self.interrupted:
             raise KeyboardInterrupt
@@ -114,5 +119,5 @@ class LiveView:
 
 
 def _caption(step: Step, stopped: bool) -> str:
-    place = f"stage {step.stage + 1} of {step.num_stages}, step {step.iteration} of {step.iterations}"
+    place = f"{step.name}, step {step.iteration} of {step.iterations}"
     return f"{place}, paths {step.paths}, loss {step.loss:.3g}{', stopped' if stopped else ''}"

@@ -28,7 +28,7 @@ from livecl.batch.worker import Work, make
 from livecl.cli import command as cli
 from livecl.cli.interrupts import Interrupted, Interrupts
 from livecl.opencl.launcher import Launcher
-from livecl.run.stages import Vectorizer
+from livecl.run.run import Run
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
 
@@ -237,17 +237,17 @@ def test_a_device_that_fails(
 ) -> None:
     assert cli.main([*SHORT, "-q"]) == 0
     whole = Path("out.svg").read_bytes()
-    launch, work, steps = Launcher.__call__, Vectorizer.step, itertools.count(1)
+    launch, work, steps = Launcher.__call__, Run.step, itertools.count(1)
 
     def fail(*_: Any) -> None:
         raise opencl_error(cl.RuntimeError, cl.status_code.INVALID_COMMAND_QUEUE)
 
-    def work_until(vectorizer: Vectorizer) -> float:
+    def work_until(run_: Run) -> float:
         if next(steps) == step:
             monkeypatch.setattr(Launcher, "__call__", fail)
-        return work(vectorizer)
+        return work(run_)
 
-    monkeypatch.setattr(Vectorizer, "step", work_until)
+    monkeypatch.setattr(Run, "step", work_until)
     assert cli.main([*SHORT, "-q", "--json", "out.json", "--sheet", "out.png"]) == 1
     last, *lines = capsys.readouterr().err.splitlines()[::-1]
     assert re.match(r"livecl: error: .* failed: clEnqueueNDRangeKernel failed: INVALID_COMMAND_QUEUE; out\.svg ", last)
@@ -291,7 +291,7 @@ def test_two_signals_in_the_run_end_it_at_once(folder: Path) -> None:
     script = (
         "import signal, sys\nfrom livecl.cli import command as cli\nfrom livecl.run import loop\n"
         "def step(*_):\n    signal.raise_signal(signal.SIGINT)\n    signal.raise_signal(signal.SIGINT)\n"
-        "loop.Vectorizer.step = step\nsys.exit(cli.main(sys.argv[1:]))\n"
+        "loop.Run.step = step\nsys.exit(cli.main(sys.argv[1:]))\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", script, *SHORT],

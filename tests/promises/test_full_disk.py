@@ -18,7 +18,7 @@ from support.commands import PATIENCE, ROOT, ended, make_picture, start
 
 from livecl import files
 from livecl.cli import command as cli
-from livecl.run.stages import Vectorizer
+from livecl.run.run import Run
 
 COMMAND = ["in.png", "-o", "out.svg", "--paths", "2", "--iterations", "20", "--revisions", "1"]
 SAVED = ["--checkpoint-period", "0"]
@@ -57,10 +57,10 @@ def test_an_svg_that_cannot_be_written_is_saved_elsewhere_and_written_later(
     assert "livecl: error: --json: out.json: cannot be written (No space left on device)\n" in said
     assert Path(saved[1]).read_bytes() == whole and Path("out.svg").read_text(encoding="utf-8") == "old"
 
-    def step(vectorizer: Vectorizer) -> None:
+    def step(run_: Run) -> None:
         raise AssertionError("there is nothing left to do")
 
-    monkeypatch.setattr(Vectorizer, "step", step)
+    monkeypatch.setattr(Run, "step", step)
     assert cli.main([*COMMAND, "--resume", "-q"]) == 0
     assert Path("out.svg").read_bytes() == whole
     assert not Path("out.svg.checkpoint").exists()
@@ -153,10 +153,10 @@ def test_a_disk_that_fills_up_while_the_run_is_under_way(small_disk: Path, tmp_p
     command = ["in.png", *COMMAND[3:], "-q"]
     assert ended(start(tmp_path, *command, "-o", str(whole)))[0] == 0
     out.write_text("old")
-    fill = "import os, sys; from livecl import cli; from livecl.run.stages import Vectorizer\n"
-    fill += "begin = Vectorizer.begin\ndef full(*arguments):\n"
+    fill = "import os, sys; from livecl import cli; from livecl.run.run import Run\n"
+    fill += "begin = Run.begin\ndef full(*arguments):\n"
     fill += f"    open({str(small_disk / 'filling')!r}, 'wb', buffering=0).write(bytes(1 << 20))\n"
-    fill += "    return begin(*arguments)\nVectorizer.begin = full\nsys.exit(cli.main(sys.argv[1:]))\n"
+    fill += "    return begin(*arguments)\nRun.begin = full\nsys.exit(cli.main(sys.argv[1:]))\n"
     process = subprocess.run(
         [sys.executable, "-c", fill, *command, "-o", str(out), *SAVED],
         cwd=tmp_path,

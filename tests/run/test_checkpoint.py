@@ -306,7 +306,7 @@ def test_a_device_that_is_lost_in_the_first_stage(monkeypatch: pytest.MonkeyPatc
     goes_on(monkeypatch, tmp_path / "checkpoint")
 
 
-@pytest.mark.parametrize("where", ["livecl.run.stages.place_paths", "livecl.run.stages.least_useful"])
+@pytest.mark.parametrize("where", ["livecl.run.phases.place_paths", "livecl.run.phases.least_useful"])
 def test_memory_that_runs_out_in_placement(where: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     original, done = eval(where, {"livecl": livecl}), itertools.count(1)
     count = 3 if where.endswith("place_paths") else 1  # the first is that of the warm-up
@@ -324,7 +324,7 @@ def test_memory_that_runs_out_in_placement(where: str, monkeypatch: pytest.Monke
 
 
 def test_a_failure_before_there_is_a_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("livecl.run.loop.Loop._work_on_stage", failing(MemoryError()))
+    monkeypatch.setattr("livecl.run.loop.Loop._train_phase", failing(MemoryError()))
     assert failed(tmp_path / "checkpoint").result is None
 
 

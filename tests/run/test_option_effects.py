@@ -15,7 +15,7 @@ from support.runs import QUICK, SMALL
 
 from livecl import Options, Result, vectorize
 from livecl.quality.layers import self_crossing
-from livecl.run.loop import Step
+from livecl.run.callbacks import Step
 from livecl.training.xing import xing_loss
 
 Image = NDArray[np.float64]

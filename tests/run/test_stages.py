@@ -12,8 +12,8 @@ from support.runs import QUICK, SMALL, new_run, three_shapes
 
 import livecl
 from livecl import LiveclError, Options, vectorize
-from livecl.run.loop import run
-from livecl.run.stages import Step
+from livecl.run.callbacks import Step
+from livecl.run.loop import train
 
 
 @pytest.mark.parametrize("preset", [Options.paper, Options.released])
@@ -36,18 +36,19 @@ def test_the_baseline_in_one_stage(device: int) -> None:
 def test_stages_for_which_no_path_is_worth_it_are_left_out(revisions: int, device: int) -> None:
     picture = np.ones((24, 24, 3))
     picture[6:18, 4:20] = (0.1, 0.4, 0.8)
-    steps: list[tuple[int, int]] = []
+    steps: list[tuple[str, str, int]] = []
     options = Options(iterations=30, revisions=revisions, prune=1e-3)
     result = vectorize(
         picture,
         schedule=[1, 2, 3],
         options=options,
         device=device,
-        on_step=lambda step: steps.append((step.stage, step.paths)),
+        on_step=lambda step: steps.append((step.kind, step.name, step.paths)),
     )
     assert len(result.stages) == 1 and result.drawing.num_layers == 1
-    assert result.mse < 1e-3 and {paths for _, paths in steps} == {1}
-    assert {stage for stage, _ in steps} == set(range(1 + revisions))
+    assert result.mse < 1e-3 and {paths for *_, paths in steps} == {1}
+    revised = {("revise", f"revision {number + 1}") for number in range(revisions)}
+    assert {tuple(names) for *names, _ in steps} == {("grow", "stage 1/3")} | revised
 
 
 def test_no_further_stage_where_the_error_is_low_enough(device: int) -> None:
@@ -94,7 +95,7 @@ def test_revisions_lower_the_error_or_leave_the_drawing(device: int) -> None:
         assert run_.state.pieces.shape == (run_.state.drawing.num_segments,)
         assert run_.state.points.mean.shape == run_.state.drawing.points.shape
     assert len(errors) > 2 and np.all(np.diff(errors[1:]) <= 0)
-    outcomes = run(new_run(options, (2, 2), device, three_shapes()))
+    outcomes = train(new_run(options, (2, 2), device, three_shapes()))
     assert len(outcomes) == 2, "revisions count for the last stage"
     assert outcomes[-1].iterations == options.iterations * (len(errors) - 1)
 

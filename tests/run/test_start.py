@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 import livecl
 from livecl import Drawing, Options, State, vectorize
 from livecl.image.errors import mse
-from livecl.run.loop import run
-from livecl.run.stages import Step, Vectorizer
+from livecl.run.callbacks import Step
+from livecl.run.loop import train
+from livecl.run.run import Run
 from livecl.svg import quantize
 
 OPTIONS = Options(iterations=30, revisions=0)
@@ -102,18 +103,18 @@ def test_a_run_from_a_drawing_is_saved_and_goes_on_equal(drawing: Drawing, tmp_p
     def state() -> State:
         return State.start(drawing, options, (0, 1), 0, np.array([True, False, False]))
 
-    whole = Vectorizer(target, state(), device)
-    expected = run(whole)[-1].drawing
+    whole = Run(target, state(), device)
+    expected = train(whole)[-1].drawing
     for stop in ((0, 6), (1, 6), (2, 6)):
-        first = Vectorizer(target, state(), device)
+        first = Run(target, state(), device)
 
         def stopping(step: Step, stop: tuple[int, int] = stop) -> bool:
             return (step.stage, step.iteration) == stop
 
-        run(first, stopping)
+        train(first, stopping)
         first.state.save(tmp_path / "state")
-        second = Vectorizer(target, State.load(tmp_path / "state"), device)
-        assert run(second)[-1].drawing._repr_svg_() == expected._repr_svg_()
+        second = Run(target, State.load(tmp_path / "state"), device)
+        assert train(second)[-1].drawing._repr_svg_() == expected._repr_svg_()
 
 
 def test_an_empty_start_is_none(device: int) -> None:

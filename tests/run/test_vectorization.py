@@ -17,7 +17,7 @@ import livecl
 from livecl import Options, vectorize
 from livecl.image.background import background_for
 from livecl.image.reading import over_background, save_image
-from livecl.run.stages import Step
+from livecl.run.callbacks import Step
 from livecl.svg import quantize
 
 

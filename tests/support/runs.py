@@ -14,7 +14,7 @@ import livecl
 from livecl import Drawing, Options, State
 from livecl.drawing.drawing import empty_drawing
 from livecl.image.background import background_for
-from livecl.run.stages import Vectorizer
+from livecl.run.run import Run
 
 #: Samples of a pixel along each axis in the pictures drawn here.
 SAMPLES = 8
@@ -46,6 +46,6 @@ def about(mse: float) -> Any:
     return pytest.approx(mse, rel=1e-9, abs=2 * UNIT * np.sqrt(mse))
 
 
-def new_run(options: Options, schedule: tuple[int, ...], device: int, target: NDArray[Any] = SMALL) -> Vectorizer:
+def new_run(options: Options, schedule: tuple[int, ...], device: int, target: NDArray[Any] = SMALL) -> Run:
     drawing = empty_drawing(target.shape[:2], background_for(options.background, target))
-    return Vectorizer(target, State.start(drawing, options, schedule, 0), device)
+    return Run(target, State.start(drawing, options, schedule, 0), device)

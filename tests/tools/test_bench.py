@@ -224,7 +224,7 @@ def test_modules_of_flat_checkouts_go_by_the_names_of_today(tmp_path: Path) -> N
     script = (
         f"import pathlib, sys; sys.path[:0] = [{str(tmp_path)!r}, {str(ROOT / 'tools')!r}]\n"
         f"from benchmark.package import use_checkout; use_checkout(pathlib.Path({str(tmp_path)!r}))\n"
-        "from livecl.training.step import NAME; print(NAME)\nfrom livecl.run.stages import NAME; print(NAME)\n"
+        "from livecl.training.step import NAME; print(NAME)\nfrom livecl.run.run import NAME; print(NAME)\n"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["training", "vectorizer"]

@@ -14,12 +14,12 @@ from reference.rounding import UNIT
 from support.runs import SMALL, new_run
 
 from livecl import Options
-from livecl.run.stages import Vectorizer
+from livecl.run.run import Run
 from livecl.training.objective import DISTANCE_TOLERANCE
 from livecl.training.xing import xing_loss
 
 
-def _closeness(run_: Vectorizer, layers: NDArray[Any] | None = None) -> NDArray[np.float64]:
+def _closeness(run_: Run, layers: NDArray[Any] | None = None) -> NDArray[np.float64]:
     """Return ReLU(tau - d) of some layers or all, (N, H, W), px, from the same lines that the loop measures with."""
     drawing = run_.state.drawing
     share = np.sqrt(run_.rasterizer.tolerance / DISTANCE_TOLERANCE)
@@ -29,7 +29,7 @@ def _closeness(run_: Vectorizer, layers: NDArray[Any] | None = None) -> NDArray[
     return np.stack([np.maximum(tau - distance(outlines[layer], drawing.size), 0) for layer in wanted])
 
 
-def _squared_error(run_: Vectorizer, target: NDArray[Any]) -> NDArray[np.float64]:
+def _squared_error(run_: Run, target: NDArray[Any]) -> NDArray[np.float64]:
     image = run_.rasterizer.forward(run_.state.drawing, run_.state.pieces).astype(np.float64)
     return np.square(image - target).sum(axis=-1)
 

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from livecl import Drawing, LiveclError, Options, State
 from livecl.drawing.drawing import empty_drawing
-from livecl.run.loop import run
-from livecl.run.stages import Step, Vectorizer
+from livecl.run.callbacks import Step
+from livecl.run.loop import train
+from livecl.run.run import Run
 from livecl.svg import format_svg
 from livecl.training.adam import Adam
 from livecl.training.state import Fallback
@@ -61,16 +62,16 @@ def _assert_equal(one: State, other: State) -> None:
         assert _equal(getattr(one, field.name), getattr(other, field.name)), field.name
 
 
-def _copies_during(vectorizer: Vectorizer, folder: Path, wanted: Callable[[Step], bool]) -> list[Path]:
+def _copies_during(run_: Run, folder: Path, wanted: Callable[[Step], bool]) -> list[Path]:
     """Run to the end, and return the states saved after the steps wanted."""
     saved: list[Path] = []
 
     def on_step(step: Step) -> None:
         if wanted(step):
             saved.append(folder / f"{step.stage}-{step.iteration}.state")
-            vectorizer.state.save(saved[-1])
+            run_.state.save(saved[-1])
 
-    run(vectorizer, on_step)
+    train(run_, on_step)
     return saved
 
 
@@ -89,7 +90,7 @@ RUNS = {
 @pytest.mark.parametrize("name", RUNS)
 def test_a_resumed_run_ends_as_if_it_had_not_stopped(name: str, device: int, tmp_path: Path) -> None:
     options, picture = RUNS[name], _picture()
-    whole = Vectorizer(picture, _start(options, seed=5), device)
+    whole = Run(picture, _start(options, seed=5), device)
     rng = np.random.default_rng(len(name))
     num_stages = len(SCHEDULE) + options.revisions
     # In each stage a step anywhere, one where pieces are looked at next, and the last: the stage is still to be closed.
@@ -99,8 +100,8 @@ def test_a_resumed_run_ends_as_if_it_had_not_stopped(name: str, device: int, tmp
     assert len(saved) >= 4
     expected = format_svg(whole.state.drawing).encode()
     for path in saved:
-        resumed = Vectorizer(picture, State.load(path), device)
-        run(resumed)
+        resumed = Run(picture, State.load(path), device)
+        train(resumed)
         assert format_svg(resumed.state.drawing).encode() == expected, f"resumed from {path.name}"
         _assert_equal(resumed.state, whole.state)
 
@@ -108,7 +109,7 @@ def test_a_resumed_run_ends_as_if_it_had_not_stopped(name: str, device: int, tmp
 @pytest.mark.parametrize("name", ["default", "released"])
 def test_a_run_resumed_between_stages(name: str, device: int, tmp_path: Path) -> None:
     options, picture = RUNS[name], _picture()
-    whole = Vectorizer(picture, _start(options), device)
+    whole = Run(picture, _start(options), device)
     paths = []
     while not whole.finished:
         paths.append(tmp_path / f"{whole.state.stage}.state")
@@ -119,33 +120,33 @@ def test_a_run_resumed_between_stages(name: str, device: int, tmp_path: Path) ->
         whole.end()
     assert len(paths) == len(SCHEDULE) + options.revisions
     for path in paths:
-        resumed = Vectorizer(picture, State.load(path), device)
-        run(resumed)
+        resumed = Run(picture, State.load(path), device)
+        train(resumed)
         _assert_equal(resumed.state, whole.state)
 
 
 def test_stopping_at_every_step_changes_nothing(device: int, tmp_path: Path) -> None:
     options, picture = Options(iterations=6, revisions=1), _picture()
-    whole = Vectorizer(picture, _start(options), device)
-    run(whole)
+    whole = Run(picture, _start(options), device)
+    train(whole)
     state = _start(options)
     for _ in range(100):
-        vectorizer = Vectorizer(picture, state, device)
-        run(vectorizer, lambda step: True)
+        run_ = Run(picture, state, device)
+        train(run_, lambda step: True)
         state.save(tmp_path / "state")
         state = State.load(tmp_path / "state")
-        if vectorizer.finished:
+        if run_.finished:
             break
     _assert_equal(state, whole.state)
 
 
 def test_the_outcome_of_a_resumed_run_goes_on_from_the_stage(device: int, tmp_path: Path) -> None:
     options, picture = Options.paper(iterations=12), _picture()
-    first = Vectorizer(picture, _start(options), device)
-    (outcome,) = run(first, lambda step: step.iteration == 7)
+    first = Run(picture, _start(options), device)
+    (outcome,) = train(first, lambda step: step.iteration == 7)
     assert (outcome.iterations, outcome.paths) == (7, 1)
     first.state.save(tmp_path / "state")
-    outcomes = run(Vectorizer(picture, State.load(tmp_path / "state"), device))
+    outcomes = train(Run(picture, State.load(tmp_path / "state"), device))
     assert [(stage.iterations, stage.paths) for stage in outcomes] == [(5, 1), (12, 3)]
 
 
@@ -182,6 +183,7 @@ def _full_state() -> State:
         pieces=rng.integers(1, 40, size=7).astype(np.int32),
         rng=generator,
         kept_weight=rng.uniform(size=(24, 27)).astype(np.float32),
+        asked=3,
         error=0.1 + 0.7,
         placed=True,
         failures=2,
@@ -211,12 +213,12 @@ def test_what_is_saved_is_loaded_equal_in_every_field(kind: str, tmp_path: Path)
 
 def test_a_loaded_state_may_be_trained(device: int, tmp_path: Path) -> None:
     # Adam changes its arrays in place: they must not be read-only, or shared.
-    vectorizer = Vectorizer(_picture(), _start(Options(iterations=4, revisions=0)), device)
-    run(vectorizer, lambda step: True)
-    vectorizer.state.save(tmp_path / "state")
+    run_ = Run(_picture(), _start(Options(iterations=4, revisions=0)), device)
+    train(run_, lambda step: True)
+    run_.state.save(tmp_path / "state")
     first, second = State.load(tmp_path / "state"), State.load(tmp_path / "state")
-    run(Vectorizer(_picture(), first, device))
-    _assert_equal(second, vectorizer.state)
+    train(Run(_picture(), first, device))
+    _assert_equal(second, run_.state)
 
 
 def test_saving_replaces_the_file_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -367,4 +369,4 @@ def test_missing_arrays_are_refused(tmp_path: Path) -> None:
 
 def test_a_state_of_another_picture_is_refused(device: int) -> None:
     with pytest.raises(ValueError, match=r"^image: \(8, 9\) pixels, wanted the drawing's \(24, 27\)$"):
-        Vectorizer(np.ones((8, 9, 3)), _start(Options()), device)
+        Run(np.ones((8, 9, 3)), _start(Options()), device)

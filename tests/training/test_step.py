@@ -11,7 +11,7 @@ from support.runs import SMALL, new_run, three_shapes
 from support.shapes import build, rectangle
 
 from livecl import Gradients, Options, State, vectorize
-from livecl.run.stages import Step
+from livecl.run.callbacks import Step
 from livecl.training.step import move
 
 

@@ -17,8 +17,8 @@ from scipy import ndimage
 from livecl import LiveclError, Options, Rasterizer, vectorize
 from livecl.drawing.drawing import Drawing
 from livecl.image.errors import mse
+from livecl.run.callbacks import Step
 from livecl.run.result import Result
-from livecl.run.stages import Step
 from livecl.views.course import Course
 from livecl.views.films import save_mp4
 
@@ -75,14 +75,11 @@ def test_another_callback_is_called_and_can_stop() -> None:
 
 def test_revisions_that_were_taken_back_are_left_out() -> None:
     image = picture()
-    course, steps = Course(1), []
-
-    def note(step: Step) -> None:
-        steps.append((step.stage, step.paths))
-        course(step)
+    steps: list[tuple[int, int]] = []
+    course = Course(1, on_step=lambda step: steps.append((step.stage, step.paths)))
 
     options = Options(iterations=15, revisions=4)
-    result = vectorize(image, schedule=(1, 2), options=options, on_step=note)
+    result = vectorize(image, schedule=(1, 2), options=options, on_step=course)
     stages = [frame.stage for frame in course.frames]
     assert {stage for stage, _ in steps} > set(stages) >= {0, 1}  # some were tried, and not all paid
     rasterizer = Rasterizer((40, 60))

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from livecl import LiveclError, Options, vectorize
+from livecl.run.callbacks import Step
 from livecl.run.result import Result
-from livecl.run.stages import Step
 from livecl.views.notebook import LiveView
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -61,7 +61,7 @@ def test_every_step_in_place(handles: list[Handle]) -> None:
     data = handle.shown[-1][1]
     assert '<svg viewBox="0 0 30 20" width="90"' in data["text/html"]
     assert data["text/html"].count("<path") == 2
-    assert "stage 2 of 2, step 6 of 6, paths 2, loss" in data["text/plain"]
+    assert "stage 2/2, step 6 of 6, paths 2, loss" in data["text/plain"]
     assert handle.shown[0][1] != data
 
 

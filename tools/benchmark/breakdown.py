@@ -34,11 +34,11 @@ HOST_STEPS = (
 )
 #: Parts of a whole run, likewise; what is merged and pruned while a stage is closed is part of that.
 RUN_PARTS = (
-    ("placement", "livecl.run.stages", "place_paths"),
-    ("iterations", "livecl.run.stages", "Vectorizer.step"),
-    ("merging", "livecl.run.stages", "merge_neighbors"),
-    ("pruning", "livecl.run.stages", "needed_layers"),
-    ("choosing what a revision takes out", "livecl.run.stages", "least_useful"),
+    ("placement", "livecl.run.phases", "place_paths"),
+    ("iterations", "livecl.run.run", "Run.step"),
+    ("merging", "livecl.run.run", "merge_neighbors"),
+    ("pruning", "livecl.run.run", "needed_layers"),
+    ("choosing what a revision takes out", "livecl.run.phases", "least_useful"),
 )
 #: The rest of an iteration, or of a run.
 OTHER = "other"

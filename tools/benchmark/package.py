@@ -22,7 +22,8 @@ FLAT = {
     "rendering.device_drawing": "scene",
     "rendering.rasterizer": "rasterizer",
     "run.loop": "loop",
-    "run.stages": "vectorizer",
+    "run.phases": "vectorizer",
+    "run.run": "vectorizer",
     "training.objective": "objective",
     "training.state": "state",
     "training.step": "training",
@@ -45,6 +46,8 @@ def use_checkout(root: Path) -> None:
     if not (root / "livecl" / "opencl").is_dir():
         for name, flat in FLAT.items():
             sys.modules[f"livecl.{name}"] = importlib.import_module(f"livecl.{flat}")
+        run: Any = sys.modules["livecl.run.run"]
+        run.Run = getattr(run, "Vectorizer", None)
 
 
 def compiled(opened: Any, source: str) -> Any:
@@ -64,7 +67,7 @@ def training(image: Any, drawing: Any, device: int | str | None) -> Any:
     Its `step()` does an iteration and returns the loss; `state.drawing` is the drawing.
     """
     from livecl.options import Options
-    from livecl.run.stages import Vectorizer
+    from livecl.run.run import Run
     from livecl.training.state import State
 
-    return Vectorizer(image, State.start(drawing, Options.paper(), (drawing.num_layers,), 0), device)
+    return Run(image, State.start(drawing, Options.paper(), (drawing.num_layers,), 0), device)

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a run tells its callbacks: each step, and at each stage's end whether it was kept."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.run.phases import Kind
+from livecl.run.run import Run
+
+
+@dataclasses.dataclass(frozen=True)
+class Step:
+    """Argument of callbacks: an iteration of a run.
+
+    Attributes
+    ----------
+    kind : "refine", "grow" or "revise"
+        What the stage does: trains the drawing that the run started from, adds paths, or replaces the least useful.
+    stage, num_stages : int
+        Stage under way, from 0 on, and how many are planned: those of the schedule, then revisions. Some may be left
+        out.
+    iteration, iterations : int
+        Steps of the stage done, and how many there are.
+    paths : int
+        Layers of the drawing.
+    loss : float
+        Loss before the step, Xing loss included.
+    """
+
+    kind: Kind
+    stage: int
+    num_stages: int
+    iteration: int
+    iterations: int
+    paths: int
+    loss: float
+    _run: Run = dataclasses.field(repr=False)
+
+    @property
+    def name(self) -> str:
+        """Name of the stage under way: "stage 2/4" or "revision 1"."""
+        scheduled = len(self._run.state.schedule)
+        if self.kind == "revise":
+            return f"revision {self.stage - scheduled + 1}"
+        return f"stage {self.stage + 1}/{scheduled}"
+
+    @property
+    def drawing(self) -> Drawing:
+        """The drawing after the step; once the stage has ended, the one that the run goes on with."""
+        return self._run.state.drawing
+
+    @property
+    def image(self) -> NDArray[np.float32]:
+        """Picture of the drawing, as :meth:`livecl.Rasterizer.forward` returns it; renders it."""
+        return self._run.rasterizer.forward(self.drawing)
+
+    @property
+    def mse(self) -> float:
+        """Mean squared error of the drawing over pixels and channels; renders it."""
+        return self._run.mse(self.drawing)
+
+
+OnStep = Callable[[Step], bool | None]
+
+
+def step_of(run: Run, loss: float) -> Step:
+    """Return what callbacks are told of the step just done."""
+    state = run.state
+    kind = run.plan[state.stage].kind
+    place = (state.stage, len(run.plan), state.iteration, state.options.iterations)
+    return Step(kind, *place, state.drawing.num_layers, loss, run)
+
+
+def tell_stage_end(on_step: OnStep | None, step: Step, kept: bool) -> None:
+    """Call the callback's `on_stage(step, kept)`, if it has such a method.
+
+    Parameters
+    ----------
+    on_step : callable or None
+        The callback.
+    step : Step
+        The last one of the stage.
+    kept : bool
+        Whether the run goes on with what the stage has trained, or with the drawing before it.
+    """
+    on_stage: Any = getattr(on_step, "on_stage", None)
+    if on_stage is not None:
+        on_stage(step, kept)

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Phases of a run: refine a drawing to start from, grow it by new paths, revise it at the end.
+
+Each phase begins by changing the layers, is trained by the loop (:mod:`livecl.run.loop`), and ends by a decision:
+:meth:`Refine.end` and the others return whether what was trained is kept.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.layering.merging import merge_neighbors
+from livecl.layering.placement import place_paths
+from livecl.layering.pruning import least_useful
+from livecl.training.state import FREE
+
+if TYPE_CHECKING:
+    from livecl.run.run import Run
+
+#: A revision replaces one layer of this many, and is kept if it lowers the error by at least this share.
+REVISED_SHARE, MIN_IMPROVEMENT = 16, 0.002
+#: Rise of the mean squared error that a merge may cost in a revision: the path that it sets free may be worth more.
+MERGING_LOSS = 1e-4
+#: Revisions in a row that may fail.
+MAX_FAILURES = 3
+
+Kind = Literal["refine", "grow", "revise"]
+
+
+class Phase(Protocol):
+    """A part of a run: changes layers, is trained, and is kept or taken back."""
+
+    kind: ClassVar[Kind]
+
+    def begin(self, run: Run) -> bool:
+        """Change the layers; return whether there is anything to train: False leaves the phase out."""
+
+    def end(self, run: Run) -> bool:
+        """Return whether what was trained is kept; where not, the drawing is what it was before."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Refine:
+    """Train the layers of a drawing that the run starts from; kept if the error falls."""
+
+    kind: ClassVar[Kind] = "refine"
+
+    def begin(self, run: Run) -> bool:
+        """Remember the drawing."""
+        run.state.fallback = run.state.fall_back()
+        return True
+
+    def end(self, run: Run) -> bool:
+        """Keep the better drawing."""
+        return run.keep_if_better()
+
+
+@dataclasses.dataclass(frozen=True)
+class Grow:
+    """Add paths where the drawing lacks most: n of the paper's Algorithm 1.
+
+    Parameters
+    ----------
+    count : int
+        Paths to add, at most.
+    """
+
+    count: int
+    kind: ClassVar[Kind] = "grow"
+
+    def begin(self, run: Run) -> bool:
+        """Place the paths; where none is worth placing, no later one is either: the other stages are left out too."""
+        state = run.state
+        if state.stage and state.options.variant == "released":
+            state.kept_weight = run.objective.released_weight(state, state.stage - 1)
+        start_stage = 0 if state.start_drawing is None else int(state.start_drawing.stages.max(initial=0))
+        if not place(run, self.count, state.stage + start_stage):
+            run.end_growth()
+            return False
+        state.asked += self.count
+        return True
+
+    def end(self, run: Run) -> bool:
+        """Keep what was added: whether it is worth its paths is decided when all is done."""
+        return True
+
+
+@dataclasses.dataclass(frozen=True)
+class Revise:
+    """Merge neighbours of one colour, place the least useful layers anew; kept if the error falls by enough.
+
+    Parameters
+    ----------
+    number : int
+        Revisions before this one.
+    """
+
+    number: int
+    kind: ClassVar[Kind] = "revise"
+
+    def begin(self, run: Run) -> bool:
+        """Take layers out, and place as many as are missing."""
+        state = run.state
+        state.fallback = state.fall_back()
+        if state.options.merge and state.failures % 2 == 0:
+            merged = merge_neighbors(
+                state.drawing, run.rasterizer, run.target, state.options, state.free, MERGING_LOSS, run.check
+            )
+            if merged.drawing.num_layers < state.drawing.num_layers:
+                state.replace_layers(merged.drawing, merged.sources)
+        state.keep_layers(np.setdiff1d(np.arange(state.drawing.num_layers), self._replaced(run)))
+        missing = state.asked - int(np.sum(state.holds == FREE))
+        if missing:
+            place(run, missing, int(state.drawing.stages.max(initial=0)))
+        return True
+
+    def end(self, run: Run) -> bool:
+        """Keep a drawing that is better by enough; count failures."""
+        kept = run.keep_if_better(MIN_IMPROVEMENT)
+        run.state.failures = 0 if kept else run.state.failures + 1
+        return kept
+
+    @staticmethod
+    def _replaced(run: Run) -> NDArray[np.intp]:
+        """Return the layers to replace: the least useful, after failures the next ones in that order."""
+        state = run.state
+        order = least_useful(state.drawing, run.rasterizer, run.target)
+        order = order[state.free[order]]
+        count = min(len(order), max(1, state.drawing.num_layers // REVISED_SHARE))
+        start = state.failures * count % max(1, len(order) - count + 1)
+        return order[start : start + count]
+
+
+def plan_of(schedule: Sequence[int], revisions: int) -> tuple[Phase, ...]:
+    """Return the phases of a run: one for each stage of the schedule, of which 0 refines, then revisions."""
+    stages: list[Phase] = [Grow(count) if count else Refine() for count in schedule]
+    return (*stages, *(Revise(number) for number in range(revisions)))
+
+
+def place(run: Run, count: int, stage: int) -> int:
+    """Add up to `count` layers, labelled with a stage, and return how many were worth it."""
+    state = run.state
+    placement = place_paths(run.target, state.drawing, count, state.options, state.rng, run.rasterizer, run.check)
+    placed = placement.drawing.num_layers
+    if placed:
+        state.add(placement.drawing.replace(stages=np.full(placed, stage)), placement.order)
+    return placed

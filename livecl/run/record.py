@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Record`: outcomes of a run's stages, with the iterations and the time that each took."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from livecl.run.result import Stage
+
+
+@dataclasses.dataclass
+class Record:
+    """How far a run has come.
+
+    Attributes
+    ----------
+    stages : list of Stage
+        Outcomes of finished stages; a revision counts for the stage before it.
+    iterations, seconds : int, float
+        What the stage under way has taken so far.
+    """
+
+    stages: list[Stage] = dataclasses.field(default_factory=list)
+    iterations: int = 0
+    seconds: float = 0.0
+
+    def with_stage(self, stage: Stage, *, extends: bool) -> list[Stage]:
+        """Return the stages with one more, or with one that takes the last one's place and adds to what it took."""
+        if not (extends and self.stages):
+            return [*self.stages, stage]
+        last = self.stages[-1]
+        iterations, seconds = last.iterations + stage.iterations, last.seconds + stage.seconds
+        return [*self.stages[:-1], Stage(stage.drawing, stage.mse, iterations, seconds)]
+
+    def lengthened(self) -> list[Stage]:
+        """Return the stages, to the last of which what has been done in vain since is added."""
+        last = self.stages[-1]
+        iterations, seconds = last.iterations + self.iterations, last.seconds + self.seconds
+        return [*self.stages[:-1], Stage(last.drawing, last.mse, iterations, seconds)]
