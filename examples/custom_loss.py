@@ -26,7 +26,7 @@ def blurred_loss(image: np.ndarray, target: np.ndarray, blur: float) -> tuple[fl
     """Mean squared difference of blurred pictures (H, W, 3), and its gradient.
 
     L = mean (G e)^2 with e = image - target and a Gaussian blur G, so dL/dimage = 2/n G^T G e. The blur is symmetric,
-    and takes what is outside for 0: G^T = G.
+    and takes pixels outside for 0: G^T = G.
     """
 
     def filtered(pixels: np.ndarray) -> np.ndarray:

@@ -22,7 +22,7 @@ FOLDER = Path(__file__).resolve().parent
 
 
 def refined(drawing: Drawing, image: np.ndarray, iterations: int) -> tuple[Drawing, scipy.optimize.OptimizeResult]:
-    """Return the drawing after so many iterations of L-BFGS on control points and colours, and SciPy's result."""
+    """Optimize control points and colours by L-BFGS; return the drawing and SciPy's result."""
     rasterizer = livecl.Rasterizer(drawing.size, dtype=np.float64)
     pieces, count = rasterizer.pieces(drawing), drawing.points.size
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`write_atomically`: content, permissions, links, and what is left after a failure."""
+"""`write_atomically`: content, permissions, links, and leftovers of a failure."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Schedules: the growing one of the paper, lists, and what is refused."""
+"""Schedules: the growing one of the paper, lists, and refusals."""
 
 from __future__ import annotations
 

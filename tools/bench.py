@@ -3,7 +3,7 @@
 """Benchmark: time and memory of named cases, each checked before it is timed.
 
 The machine's rate is looked at during the measurements, and times are stated for a machine of 60 GFLOP/s as well.
-docs/performance.md tells what is measured and how to read it.
+docs/performance.md has the method, and how to read the tables.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def merged(times: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def run(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
-    """Measure what is asked for and return the results."""
+    """Measure the requested cases and return the results."""
     bench = Bench(folder, device=arguments.device, photo=arguments.photo, repeats=arguments.repeats)
     machine = bench.ask("machine")
     if "failed" in machine:

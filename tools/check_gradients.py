@@ -19,7 +19,7 @@ from gradient_checks.findings import Finding, table
 from gradient_checks.scenes import random_scene
 
 EPILOG = """\
-exit codes: 0 all within what is allowed, 1 some are not, 2 bad arguments
+exit codes: 0 all within tolerance, 1 some are not, 2 bad arguments
 """
 
 
@@ -29,7 +29,7 @@ def describe(finding: Finding, seed: int) -> str:
     drawing = scene.case.drawing
     return (
         f"drawing {finding.index}: {finding.what}: relative {finding.relative:.2e}, {finding.of_rounding:.2g} times "
-        f"rounding, {finding.of_allowed:.2g} times what is allowed; {drawing.size[0]}x{drawing.size[1]} px, "
+        f"rounding, {finding.of_allowed:.2g} times the tolerance; {drawing.size[0]}x{drawing.size[1]} px, "
         f"{', '.join(scene.kinds[:8])}{' ...' if len(scene.kinds) > 8 else ''}"
     )
 
@@ -63,7 +63,7 @@ def main(argv: list[str] | None = None) -> int:
     print(table(findings))
     beyond = sorted(findings, key=lambda finding: finding.of_allowed, reverse=True)
     largest = sorted(findings, key=lambda finding: finding.relative, reverse=True)
-    for title, some in (("nearest to what is allowed, or beyond it", beyond), ("largest relative errors", largest)):
+    for title, some in (("nearest to the tolerance, or beyond it", beyond), ("largest relative errors", largest)):
         print(f"\n{title}:")
         for finding in some[: arguments.worst]:
             print(describe(finding, arguments.seed))

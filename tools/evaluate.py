@@ -152,7 +152,7 @@ def check_packages(methods: Sequence[Method]) -> None:
 
 
 def work(planned: Sequence[Run], processes: int, reuse: bool) -> tuple[list[Row], list[str]]:
-    """Do what is not done yet; return the rows in the order of the plan, and a line for each failure."""
+    """Do the missing runs; return the rows in the order of the plan, and a line for each failure."""
     rows_of: dict[Path, list[Row]] = {}
     failures: list[str] = []
     missing, keys = [], []

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Fuzzing: random input to what livecl takes from outside, to find what is neither read well nor refused in a line.
+"""Fuzzing: random input to livecl's readers and options, which must be read right or refused in one line.
 
 Hypothesis chooses the cases and makes those that go wrong as small as it can, in a process of its own, limited in
 memory and time, which is started again where it crashes. docs/reliability.md tells what has to hold of each kind.
@@ -73,7 +73,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--kind", choices=(*KINDS, "all"), default="all", help="what is tried (default: all)")
+    parser.add_argument("--kind", choices=(*KINDS, "all"), default="all", help="kind of input (default: all)")
     parser.add_argument("--cases", type=int, default=1000, metavar="N", help="how many of each kind (default: 1000)")
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the cases (default: 0)")
     parser.add_argument("--case", type=Path, metavar="FILE", help="try one that was kept, in this process")

@@ -72,7 +72,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser = Parser(
         description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
     )
-    parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder of what is written")
+    parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="output folder")
     parser.add_argument("--mnist", type=Path, metavar="DIR", help="folder with MNIST's files (default: drawn digits)")
     parser.add_argument("--model", type=Path, metavar="FILE", help="a model trained before, instead of training one")
     parser.add_argument("--steps", type=whole(1), default=3000, metavar="N", help="of the training (default: 3000)")
@@ -90,7 +90,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def digits_of(count: int) -> Callable[[str], str]:
-    """Return a converter of arguments to so many digits."""
+    """Return a converter of arguments to strings of `count` digits."""
 
     def convert(text: str) -> str:
         if len(text) != count or not text.isascii() or not text.isdigit():

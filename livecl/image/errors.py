@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Errors of pictures: the mean squared error, and what is visible of it where there is no background.
+"""Errors of images: the mean squared error, and the visible error of transparent images over a background.
 
 Without background, an error is seen once the picture lies over one. Let e be an error of premultiplied RGBA. Over a
 background b the picture is p + (1 - a) b in each of R, G and B, so of the error e_i - e_a b is seen. Of a
@@ -37,7 +37,7 @@ def same_shape(image: ArrayLike, target: ArrayLike) -> tuple[NDArray[np.float64]
 
 
 def visible_error(error: NDArray[Any]) -> NDArray[Any]:
-    """Return the numbers, (..., C), whose squares sum to what is seen of an error (..., C) of RGB or RGBA.
+    """Return numbers (..., C) whose squares sum to the visible squared error of an error (..., C) of RGB or RGBA.
 
     In RGB they are the error itself.
     """

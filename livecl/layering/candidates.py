@@ -33,7 +33,7 @@ Outline = list[FloatArray]
 CANDIDATES, CLOSE_CANDIDATES = 12, 3
 #: Pixels under which a region is too small for its border to tell more than a circle of its area.
 SMALL_REGION = 12
-#: What the gain of a region tried roughly may be too small by.
+#: Safety factor on the subsampled gain estimate of a region.
 ROUGHNESS = 1.05
 #: Share of what a layer must remove to be kept that a new one must remove where it is placed: training makes more of
 #: it, most where edges are soft.
@@ -88,7 +88,7 @@ def paint_over(ground: ArrayLike, color: ArrayLike) -> FloatArray:
 
 
 def initial_outline(place: Place, size: tuple[int, int], options: Options, rng: np.random.Generator) -> Outline:
-    """Return what a new path at a place looks like, on a canvas of `size`."""
+    """Return the shape of a new path at a place, on a canvas of `size`."""
     if options.shape == "random":
         return [random_outline(place.center, options.segments, size, rng)]
     if options.shape == "outline" and place.mask is not None:
@@ -135,7 +135,7 @@ class _Guess:
 
 @dataclasses.dataclass(frozen=True)
 class _Tried:
-    """What trying a region gave. It stands until something changes within `window`, or hides pixels in `reach`."""
+    """Result of trying a region, valid until something changes within `window`, or hides pixels in `reach`."""
 
     guesses: list[_Guess]
     window: Window

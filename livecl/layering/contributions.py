@@ -53,7 +53,7 @@ def composited_colors(drawing: Drawing) -> tuple[FloatArray, FloatArray]:
 def visible_shares(alphas: ShareArray) -> ShareArray:
     """Return each layer's own share of the final colour, (N, H, W), from the layers' alphas, bottom first.
 
-    ``share_i = alpha_i * prod_{j > i} (1 - alpha_j)``; what is left to 1 is the background's.
+    ``share_i = alpha_i * prod_{j > i} (1 - alpha_j)``; the rest to 1 is the background's.
     """
     shares = np.empty_like(alphas)
     transmittance = np.ones(alphas.shape[1:], np.float32)

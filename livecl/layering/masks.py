@@ -21,7 +21,7 @@ def border(mask: BoolArray) -> NDArray[np.float64]:
 
 
 def without_holes(mask: BoolArray) -> BoolArray:
-    """Return a region (H, W) with its holes filled: what is not connected, by sides of pixels, to the outside."""
+    """Return a region (H, W) with its holes filled: pixels not connected, by their sides, to the outside."""
     from skimage.measure import label
 
     outside = label(~np.pad(mask, 1), connectivity=1)[1:-1, 1:-1] == 1  # the corner of the padding is labelled first

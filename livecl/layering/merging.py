@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Neighbouring layers of one colour on one flat region of the picture made one: a path for each thing that is seen."""
+"""Merging: join neighbouring layers of one colour that lie on one flat region of the picture."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from livecl.rendering.rasterizer import Rasterizer
 
 #: Most merges that are tried at a time.
 MAX_TRIALS = 64
-#: Of the outlines fitted to two layers together, one in so many is tried.
+#: Step through the outlines fitted to two layers together: every fourth is tried.
 FIT_STEP = 4
 
 
@@ -66,7 +66,7 @@ def merge_neighbors(
     """Merge `free` layers, (N,), as long as the mean squared error rises by at most `tolerance` for each.
 
     Two layers that touch, of the same colour (:func:`livecl.layering.neighbors.mergeable_pairs`), become one where
-    most of what is visible of them lies in the same flat region of the picture. The new outline is that of both
+    most of their visible pixels lie in the same flat region of the picture. The new outline is that of both
     together, fitted anew, or simply both outlines, whichever does better for its number of segments, at the depth of
     either.
 

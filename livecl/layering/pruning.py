@@ -15,7 +15,7 @@ from livecl.rendering.rasterizer import Rasterizer
 
 #: A layer counts as hidden if less than this share of its pixels is visible.
 HIDDEN_SHARE = 0.01
-#: So many times as much as others a hidden layer must be worth: all that it does is to mend the rims of what hides it.
+#: Hidden layers are pruned below this multiple of `prune`: they only mend the rims of the layers above.
 HIDDEN_FACTOR = 10
 
 
@@ -58,6 +58,6 @@ def _hidden(alphas: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def least_useful(drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any]) -> NDArray[np.intp]:
-    """Return the layers in the order of what the picture loses without them, the least first: (N,)."""
+    """Return the layers by the rise of the error without them, the least first: (N,)."""
     changes = removal_changes(drawing, layer_alphas(drawing, rasterizer), target, seen=True)
     return np.argsort(changes, kind="stable")

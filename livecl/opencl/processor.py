@@ -4,7 +4,7 @@
 PoCL asks LLVM for the name of the host's processor. An LLVM that is older than the processor answers "generic", which
 its own compiler then refuses ("unknown target CPU 'generic'"): LLVM 14, which PoCL from pip carries, knows no Zen 5.
 PoCL has no option for the name, so it is replaced where PoCL keeps it, in its record of the device: the one field of
-that record that points to the string "generic". Memory is read through /proc/self/mem, which refuses what is not
+that record that points to the string "generic". Memory is read through /proc/self/mem, which refuses addresses not
 there, and nothing is written unless exactly one field fits.
 """
 

@@ -113,7 +113,7 @@ class Spans:
 
     @functools.cached_property
     def each_band(self) -> tuple[IntArray, ...]:
-        """The rows of `bands`, the same objects each time: what is the same need not be set again."""
+        """The rows of `bands`, the same objects each time, so that unchanged arguments are not set again."""
         return tuple(self.bands)
 
 

@@ -107,7 +107,7 @@ def padded(gradient: Gradient, spread: str, bounds: FloatArray) -> tuple[Gradien
     spread : str
         ``pad``, ``reflect`` or ``repeat``.
     bounds : (4,)
-        (x_min, y_min, x_max, y_max) of what is filled, px.
+        (x_min, y_min, x_max, y_max) of the filled shape, px.
     """
     if spread not in ("reflect", "repeat"):
         return gradient, True
@@ -169,7 +169,7 @@ def concentric(
     stops : (K, 5)
         Its stops.
     bounds : (4,)
-        (x_min, y_min, x_max, y_max) of what is filled, in the frame of the circle.
+        (x_min, y_min, x_max, y_max) of the filled shape, in the frame of the circle.
 
     Returns
     -------

@@ -70,7 +70,7 @@ def _drawing(layers: list[Layer], size: tuple[float, float]) -> Drawing:
         background = np.array(layers[0].color[:3])
         layers = layers[1:]
     return Drawing.from_outlines(
-        # Relative coordinates have been added up: rounded, they are what was written; 0.0 turns -0 into 0.
+        # Relative coordinates have been added up: rounded, they equal the file's; 0.0 turns -0 into 0.
         [[np.round(subpath[:, :3], MAX_PRECISION) + 0.0 for subpath in layer.outline] for layer in layers],
         np.array([layer.color for layer in layers]).reshape(-1, 4),
         (max(1, math.ceil(height - NO_PIXEL)), max(1, math.ceil(width - NO_PIXEL))),

@@ -222,7 +222,7 @@ class TestTerminal:
 
     @staticmethod
     def read(master: int) -> str:
-        """Return what is on the terminal next; nothing when the process has closed it."""
+        """Return the terminal's next output; nothing when the process has closed it."""
         try:
             return os.read(master, 4096).decode()
         except OSError:  # how Linux reports that the other end is closed

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Options in TOML: what is written reads back, and what is wrong is named."""
+"""Options in TOML: files read back equal, and errors are named."""
 
 from __future__ import annotations
 

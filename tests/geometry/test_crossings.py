@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lines of polygons that meet, and areas of outlines that cross themselves, against what is known of them."""
+"""Lines of polygons that meet, and areas of outlines that cross themselves, against known values."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ def test_border_of_one_pixel_surrounds_its_center() -> None:
         (_mask("....", ".##.", ".##.", "...."), 4 - 4 / 8),
         (_mask("#####", "#####", "#####"), 15 - 4 / 8),
         (_mask("##", "##", "#."), 5 - 5 / 8 + 1 / 8),
-        (_mask("#####", "#...#", "#.#.#", "#...#", "#####"), 25 - 4 / 8),  # holes are filled, and what is in them
+        (_mask("#####", "#...#", "#.#.#", "#...#", "#####"), 25 - 4 / 8),  # holes are filled with their content
         (_mask("......", ".####.", ".#..#.", ".####.", "......"), 12 - 4 / 8),
         (_mask(".##", "#.#", "###"), 8 - 5 / 8 + 1 / 8),  # a hole that meets the outside in a corner only
     ],

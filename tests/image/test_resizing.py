@@ -49,7 +49,7 @@ def test_small_print_is_said_to_be_lost() -> None:
 
 
 def overlaps(pixels: int, cells: int) -> np.ndarray:
-    """Return the share of each cell (row) that each pixel (column) covers, of so many on the same length."""
+    """Return the share of each of `cells` (rows) that each of `pixels` (columns) covers on the same length."""
     first = np.arange(cells)[:, None] * pixels / cells
     end = first + pixels / cells
     column = np.arange(pixels)

@@ -66,5 +66,5 @@ def test_three_things_take_three_paths(across: NDArray[np.bool_], device: int) -
     picture[np.hypot(ROWS - 35, COLUMNS - 33) < 4] = (0.2, 0.7, 0.2)
     result = vectorize(picture, 3, options=Options(iterations=80, revisions=0), device=device)
     assert result.drawing.num_layers == 3
-    # Half of the disc missing is .03, the spot .01; what is left is the steps of unsmoothed edges.
+    # Half of the disc missing is .03, the spot .01; the rest is the steps of unsmoothed edges.
     assert result.mse < 2e-3

@@ -25,7 +25,7 @@ RED = (1.0, 0.0, 0.0, 1.0)
 def test_hidden_layers_must_be_worth_more(
     rasterizer_for: RasterizerFor, other: np.ndarray, left: dict[float, int]
 ) -> None:
-    # `left` is how many layers stay where the lower one is worth so many times what others must be.
+    # `left`: number of layers kept, where the gain of the lower one is this multiple of the threshold of others.
     drawing = drawings.build([([other], RED), ([SQUARE], RED)], SIZE)
     rasterizer = rasterizer_for(SIZE, np.float32)
     target = rasterizer.forward(drawing)

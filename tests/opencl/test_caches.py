@@ -106,7 +106,7 @@ def test_a_run_recovers_from_a_broken_cache(breakage: str, warm: Path, tmp_path:
         f"livecl: warning: {path} is broken; it is deleted, and its kernel is compiled anew" for path in broken
     )
     assert (tmp_path / "out.svg").read_bytes() == (warm / "out.svg").read_bytes()
-    assert cached_files(tmp_path) == files, "what was broken has been compiled and kept"
+    assert cached_files(tmp_path) == files, "broken files have been compiled anew and kept"
 
 
 @pytest.mark.slow

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choosing and opening devices, and building the kernels on them: what is said when either fails."""
+"""Choosing and opening devices, and building the kernels on them: the messages when either fails."""
 
 from __future__ import annotations
 

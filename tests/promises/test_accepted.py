@@ -53,7 +53,7 @@ TAKES_PICTURE: dict[str, Callable[[Any], Any]] = {
     "Recipe": lambda image: livecl.Recipe(paths=1, options=QUICK).vectorize(image).drawing,
     "vectorize_sequence": lambda image: livecl.vectorize_sequence([image], paths=1, options=QUICK).drawings[0],
 }
-#: `read_image` reads files; what is in memory already is taken by `livecl.image.as_image`.
+#: `read_image` reads files; `livecl.image.as_image` takes arrays and pictures in memory.
 FILES = ("str", "path", "bytes", "open file", "stream")
 
 

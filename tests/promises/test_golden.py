@@ -22,7 +22,7 @@ def test_numbers_are_as_they_were(kind: str, device: int) -> None:
     missed = golden_set.misses(kind, found, wanted)
     if missed:
         golden_set.write_got(kind, found)
-    assert not missed, "\n".join([f"what was got is in {golden_set.GOT}; tools/renew_golden.py says more", *missed])
+    assert not missed, "\n".join([f"its numbers are in {golden_set.GOT}; tools/renew_golden.py says more", *missed])
 
 
 def test_the_set_is_small() -> None:

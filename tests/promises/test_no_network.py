@@ -67,7 +67,7 @@ def test_no_socket_is_asked_for(tmp_path: Path) -> None:
 
 @pytest.mark.full
 def test_runs_where_there_is_no_network(tmp_path: Path) -> None:
-    # Also what is not Python's: the OpenCL runtime and its compiler.
+    # Also programs other than Python: the OpenCL runtime and its compiler.
     alone = ["unshare", "--map-root-user", "--net"]
     if shutil.which("unshare") is None or subprocess.run([*alone, "true"], check=False, capture_output=True).returncode:
         pytest.skip("no network namespaces here")

@@ -31,7 +31,7 @@ SOURCES = [
     "MANIFEST.in",
 ]
 BUILD_WHEEL = "import sys; from setuptools import build_meta; build_meta.build_wheel(sys.argv[1])"
-#: Vectorizes with what is installed, and prints where package and kernels were found.
+#: Vectorizes with the installed package, and prints where package and kernels were found.
 USE = """
 import livecl, numpy, pathlib
 from livecl.opencl.program import kernel_dir

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is saved is what was optimized: independent renderers show the saved SVG as the program's own render does."""
+"""Independent renderers show the saved SVG as the program's own render does."""
 
 from __future__ import annotations
 

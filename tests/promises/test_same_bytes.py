@@ -31,7 +31,7 @@ END LC_NUMERIC
 
 
 def threads(count: int) -> dict[str, str]:
-    """Return what gives the device, and whatever BLAS NumPy and SciPy bring, so many threads."""
+    """Return the environment variables that set the threads of the device and of any BLAS of NumPy and SciPy."""
     return dict.fromkeys(
         ("POCL_MAX_PTHREAD_COUNT", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(count)
     )

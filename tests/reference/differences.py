@@ -4,7 +4,7 @@
 `by_small_steps` is for control points. The central difference D(h) of a function with one-sided derivatives is their
 mean, up to an error that is even in h where the function is smooth and begins with h where it has a kink at the point
 itself, as coverage has for an edge on a pixel border. 2 D(h / 2) - D(h) removes that first term, so one formula serves
-both. With h = 1e-5 px what is left of a smooth function is about 1e-10 of its third derivative, and rounding gives
+both. With h = 1e-5 px the error for a smooth function is about 1e-10 of its third derivative, and rounding gives
 about 1e-13 (300 pixels of error 1e-14) / 1e-5 = 1e-8: both well below the 1e-6 that is tested.
 
 `of_quadratic` is for colours, in which a quadratic loss of the image is quadratic: any three points give its derivative

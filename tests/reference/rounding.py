@@ -2,7 +2,7 @@
 """How far a single-precision result may lie from the exact one: root of the number of roundings x eps x scale.
 
 Roundings are independent and of either sign: n of them add up to the root of n, not to n as in the worst case, which
-would allow ten thousand times what is ever seen and hide real mistakes. A rounding to nearest of a number x is spread
+would allow ten thousand times the largest error and hide real mistakes. A rounding to nearest of a number x is spread
 evenly over +-UNIT |x|, so its standard deviation is UNIT |x| / sqrt(3). What is allowed is `DEVIATIONS` of these.
 """
 
@@ -63,7 +63,7 @@ def points_tolerance(
 ) -> FloatArray:
     """Return the error allowed for the entries of each segment's d_points: (M, 1, 1).
 
-    It is what rounding does, and what is in question at kinks. Not so `on_borders`: outlines on pixel borders have
+    The bound of rounding, and the doubtful part at kinks. Not so `on_borders`: outlines on pixel borders have
     whole numbers for coordinates, which both precisions hold.
     """
     tolerance = points_rounding(drawing, pieces, d_image)

@@ -210,7 +210,7 @@ def test_same_input_same_bytes(rasterizer_for: RasterizerFor, device: Any, dtype
         assert everything(rasterizer) == expected
     rasterizer.loss_and_gradients(other.drawing, target, weight, pieces=other.pieces)
     rasterizer.forward(case.drawing.replace(background=None), pieces=case.pieces)
-    assert everything(rasterizer) == expected, "what was rendered before must leave no trace"
+    assert everything(rasterizer) == expected, "earlier renders must leave no trace"
     assert everything(Rasterizer((24, 24), device=device, dtype=dtype)) == expected, "nor may the object matter"
 
 

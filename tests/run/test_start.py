@@ -52,7 +52,7 @@ def test_a_refined_drawing_has_the_same_layers_and_a_lower_error(drawing: Drawin
     result = vectorize(target, options=Options(iterations=60, revisions=0), device=device, start=drawing)
     assert result.drawing.num_layers == drawing.num_layers
     np.testing.assert_array_equal(result.drawing.stages, drawing.stages)
-    assert result.mse < before / 4  # the shapes can follow: what is left is how well 60 steps settle
+    assert result.mse < before / 4  # the shapes can follow: the rest is how well 60 steps settle
 
 
 @pytest.mark.parametrize("iterations", [1, 2, 5])

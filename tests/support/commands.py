@@ -41,7 +41,7 @@ def start(folder: Path, *arguments: str, **streams: Any) -> subprocess.Popen[str
 
 
 def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
-    """Wait, and return the exit code and what was said on standard error."""
+    """Wait, and return the exit code and the text on standard error."""
     _, said = process.communicate(timeout=PATIENCE)
     return process.returncode, said
 

@@ -39,7 +39,7 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 #: 1.8e-7, beginnings by up to 1.3e-6. Ten times that is allowed, as there are processors and compilers that were not
 #: measured.
 RENDER_TOLERANCE, BEGINNING_TOLERANCE = 1.8e-6, 1.3e-5
-#: Of outcomes, what is allowed beyond the range that noise makes of them.
+#: Tolerance of outcomes beyond the range of noise.
 OUTCOME_FACTOR = 1.25
 #: Noise of a rounding of single precision, and how many runs see one of their own.
 NOISE, NOISY_RUNS = 2.0**-24, 6
@@ -48,7 +48,7 @@ NOISE, NOISY_RUNS = 2.0**-24, 6
 RENDERED = ("translucent", "rgba", "holes", "across the canvas's borders", "tangles", "hidden below opaque")
 SVGS = ("face", "fruit", "scene")
 STEPS = 5
-#: By preset its options, and the pictures on which what is placed first does not hang on a rounding. Random places for
+#: By preset its options, and the pictures on which the first placement does not hang on a rounding. Random places for
 #: the paper's rules: its components are those of bins of equal population, and of the many equal pixels of a flat
 #: picture one rounding sends thousands to the next bin.
 BEGUN = {
@@ -68,7 +68,7 @@ def pictures() -> dict[str, NDArray[Any]]:
 
 
 def renders(device: int | str | None = None) -> dict[str, dict[str, float]]:
-    """Return what is rendered of fixed drawings, and the gradients of a loss of it."""
+    """Return numbers of the renders of fixed drawings, and of the gradients of a loss of them."""
     cases = {name: drawings.CASES[name]() for name in RENDERED}
     found = {name: _render(case.drawing, case.pieces, device) for name, case in cases.items()}
     for name in SVGS:
@@ -173,6 +173,6 @@ def largest_change(found: dict[str, dict[str, Any]], wanted: dict[str, dict[str,
 
 
 def write_got(kind: str, found: dict[str, dict[str, Any]]) -> None:
-    """Put what was got beside the golden numbers."""
+    """Write this run's numbers beside the golden ones."""
     before = json.loads(GOT.read_text(encoding="utf-8")) if GOT.is_file() else {}
     GOT.write_text(json.dumps({**before, kind: found}, indent=1) + os.linesep, encoding="utf-8")

@@ -86,7 +86,7 @@ def _sequence() -> list[str]:
 
 
 def _file() -> list[str]:
-    # Through an encoded picture, as the command line reads it, and a canvas larger than what is worked on.
+    # Through an encoded picture, as the command line reads it, and a canvas larger than the working copy.
     recipe = livecl.Recipe(paths=2, options=dataclasses.replace(SHORT, revisions=0), size=24)
     return [recipe.svg(recipe.vectorize(three_shapes(48)).drawing)]
 

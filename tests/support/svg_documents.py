@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What tests of reading SVG share: documents around a body, and how what is read is compared."""
+"""Helpers for tests of reading SVG: documents around a body, and comparison of drawings."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def test_premultiplied_colors_need_more_keys() -> None:
     assert found["square fill-opacity"]["values"] == "1;.2"
     times = np.array([float(time) for time in found["square fill"]["keyTimes"].split(";")])
     values = [int(value[1:3], 16) for value in found["square fill"]["values"].split(";")]
-    # Red is 255 (1 - w), w = 0.2 t / (1 - 0.8 t); keys leave out what is within half a level of the lines between.
+    # Red is 255 (1 - w), w = 0.2 t / (1 - 0.8 t); keys leave out values within half a level of the lines between.
     t = np.linspace(0, 1, 9)
     red = 255 * (1 - 0.2 * t / (1 - 0.8 * t))
     np.testing.assert_allclose(np.interp(t, times, values), red, atol=1)

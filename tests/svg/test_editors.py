@@ -64,7 +64,7 @@ def test_saved_again_by_inkscape(layers: LayerStyle, option: str, tmp_path: Path
 
 
 def test_edited_by_inkscape(tmp_path: Path) -> None:
-    """A path is moved by its id, one is deleted, one coloured: what was done is read back, the rest is as it was."""
+    """A path is moved by its id, one is deleted, one coloured: the edits are read back, the rest is as it was."""
     drawing, source, target = sample(), tmp_path / "in.svg", tmp_path / "out.svg"
     save_svg(drawing, source)
     moved, deleted, colored = (drawing.labels[layer].replace(" ", "-") for layer in (0, 1, 3))

@@ -163,7 +163,7 @@ def test_an_inner_radius_is_a_later_start() -> None:
 
 
 def test_focal_points_are_approximated_and_the_error_is_said() -> None:
-    """The nearer the focal point to the centre, the less it is; what is said is what a comparison finds."""
+    """The nearer the focal point to the centre, the less it is; the error in the warning is that of a comparison."""
     errors = []
     for fx in (0.52, 0.6, 0.75):
         layers, left_out = walked(radial(f'fx="{fx}"') + RECT.format(""))

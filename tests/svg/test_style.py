@@ -141,7 +141,7 @@ def test_words_are_read_in_capitals_too() -> None:
 
 
 def test_unknown_values_are_ignored_and_named() -> None:
-    """As CSS has it, what is inherited or stated before stays."""
+    """As CSS has it, an inherited or earlier value stays."""
     for attributes, kind in (
         ('fill="nosuch"', "unknown colours"),
         ('style="fill:lime;fill:rgb(1,2)"', "unknown colours"),

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fuzzer: planted defects are found and made small, and a short search finds none that is real.
 
-Bounds on what is left are not the least that there can be: which cases Hypothesis tries depends on its version, and on
+Bounds on the shrunk cases are not the smallest possible: which cases Hypothesis tries depends on its version, and on
 constants of the modules that are loaded, so on the tests before.
 """
 

@@ -31,7 +31,7 @@ VOID = {"meta", "img", "input", "br"}
 
 
 class Page(HTMLParser):
-    """Elements of a page, with their attributes; the text of each kind; and that what is opened is closed."""
+    """Elements of a page, with their attributes; the text of each kind; and the check that elements are closed."""
 
     def __init__(self, page: str) -> None:
         super().__init__()

@@ -2,7 +2,7 @@
 """Measure how fast the machine multiplies and adds at this moment, beside each measurement of a case.
 
 The kernel is of the same kind as the program's, on all cores of the OpenCL device, and the median of some launches is
-taken, not the best: other programs that take their share of the machine take it from what is measured too.
+taken, not the best: other programs that take their share of the machine take it from the measurement too.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The named cases: what is measured, on which picture, and the time that is wanted."""
+"""The named cases: measurement, picture, and the time that is wanted."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ EXACT = 1e-9
 
 
 class CheckError(Exception):
-    """A case does not do what it should; the message says what was found and what was wanted."""
+    """A case fails its check; the message has the value found and the value expected."""
 
 
 def gradient_tolerance(side: int) -> float:

@@ -93,7 +93,7 @@ def table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Return a number with so many significant digits, without an exponent; a dash for None."""
+    """Format a number to significant digits, without an exponent; a dash for None."""
     if value is None:
         return "-"
     places = 0 if value == 0 else digits - 1 - math.floor(math.log10(abs(value)))

@@ -160,7 +160,7 @@ def plan(
 ) -> list[Run]:
     """Return the runs that give every method's outcome at every number of paths.
 
-    One run with stages serves all numbers, unless each is to be run separately; a method of one stage needs a run for
+    One run with stages serves all numbers, unless each is run separately; a method of one stage needs a run for
     each; VTracer chooses its number itself, and runs once.
     """
     runs: list[Run] = []

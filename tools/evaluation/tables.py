@@ -44,7 +44,7 @@ COLUMNS = (
     "svg",
 )
 
-#: Columns of the summary after method, paths asked and group: heading, what is shown of its value.
+#: Columns of the summary after method, paths asked and group: heading, format of its value.
 SUMMARY: dict[str, tuple[str, Callable[[Any], str]]] = {
     "pictures": ("n", str),
     "mse_mean": ("MSE mean", "{:.2e}".format),

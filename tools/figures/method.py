@@ -53,7 +53,7 @@ def deposits(lines: FloatArray, size: tuple[int, int]) -> tuple[FloatArray, Floa
 
 
 def coverage(file: Path) -> None:
-    """One path on a canvas of few pixels: what its lines leave, what is carried to the right, the coverage."""
+    """One path on a canvas of few pixels: the terms of its lines, their running sum to the right, the coverage."""
     height, width = size = 8, 11
     points = np.array(
         [

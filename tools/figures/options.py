@@ -38,7 +38,7 @@ def run(name: str, paths: int | str = 8, preset: str = "draft", size: int = 512,
 
 
 def strip(cases: Iterable[tuple[str, Callable[[], Result]]]) -> list[Cell]:
-    """Return a cell for each run: its picture, what was asked for, and what came of it."""
+    """Return a cell for each run: its picture, its options, and its result."""
     cells = []
     for caption, make in cases:
         result = make()

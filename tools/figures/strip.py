@@ -26,7 +26,7 @@ Cell = tuple[NDArray[Any], str, str]
 
 
 def shown(drawing: Drawing, side: int = CELL) -> NDArray[Any]:
-    """Return a drawing's picture at a size, (H, W, 3); a checkerboard beneath what is transparent."""
+    """Return a drawing's picture at a size, (H, W, 3); over a checkerboard where transparent."""
     return over_checkerboard(render(scaled(drawing, fitted_size(drawing.size, side))))
 
 

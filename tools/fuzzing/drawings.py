@@ -121,7 +121,7 @@ def check(case: Case) -> str:
     image = own.forward(drawing)
     channels = 3 if drawing.background is not None else 4
     assert image.shape == (*drawing.size, channels) and image.dtype == np.float32, (image.shape, image.dtype)
-    # Straight sums of shares, each rounded: what is above 1 or below 0 is so by rounding only.
+    # Straight sums of shares, each rounded: values above 1 or below 0 come from rounding only.
     rounding = 4 * (drawing.num_layers + 1) * np.finfo(np.float32).eps
     assert np.isfinite(image).all(), "the image has numbers that are not finite"
     assert image.min() >= -rounding and image.max() <= 1 + rounding, (image.min(), image.max())

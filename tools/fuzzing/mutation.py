@@ -135,7 +135,7 @@ def _mutated_png(rng: random.Random, data: bytes) -> bytes:
 
 
 def _changed_content(rng: random.Random, name: bytes, content: bytes) -> bytes:
-    """Change a chunk's content; mostly what is compressed in it, where that can be had."""
+    """Change a chunk's content; mostly its uncompressed data, if it can be inflated."""
     change = rng.choice(_CHANGES)
     if name == b"IDAT" and rng.random() < 0.7:
         with contextlib.suppress(zlib.error):  # a chunk of another name, or changed before

@@ -105,7 +105,7 @@ def config(rng: random.Random) -> bytes:
 
 
 def make(rng: random.Random) -> Case:
-    """Return what is made, and of what."""
+    """Return a maker of `_MAKERS`, and its arguments."""
     maker = rng.choice(list(_MAKERS))
     return maker, _MAKERS[maker](rng)
 
@@ -121,7 +121,7 @@ _MAKERS: dict[str, Any] = {
 
 
 def check(case: Case) -> str:
-    """Make it; what is refused has to be so by a ValueError of one line, or by exit code 2."""
+    """Make it; a refusal has to be a ValueError of one line, or exit code 2."""
     maker, of = case
     if maker == "command line":
         return _checked_command(of)

@@ -82,7 +82,7 @@ class Search:
         @seeded(seed)
         @settings(
             max_examples=most,
-            database=None,  # what was found before is found again by its seed
+            database=None,  # earlier findings are reproduced by their seed
             deadline=None,
             phases=(Phase.generate, Phase.shrink),
             suppress_health_check=list(HealthCheck),

@@ -86,7 +86,7 @@ class Grammar:
     rng : Random
         Source of random numbers.
     odd : float
-        Share of what is written that breaks the rules, or comes near to it.
+        Share of the document that breaks the rules, or comes near to it.
     """
 
     def __init__(self, rng: random.Random, odd: float) -> None:
@@ -185,7 +185,7 @@ class Grammar:
         return f"<{tag}{written}>{stops}</{tag}>"
 
     def _element(self, depth: int = 0) -> str:
-        """Return an element with what is in it."""
+        """Return an element with its content."""
         rng = self._rng
         tag = rng.choice(SHAPES + (OTHERS if depth < DEEPEST else ()))
         if tag == "style":
@@ -217,7 +217,7 @@ def make(rng: random.Random) -> bytes:
 
 
 def check(data: bytes) -> str:
-    """Read it; what is read has to be kept by writing and reading, at any precision."""
+    """Read it; a drawing has to survive writing and reading, at any precision."""
     try:
         drawing = read_svg(data)
     except SvgError as error:

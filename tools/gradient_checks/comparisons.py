@@ -24,7 +24,7 @@ from gradient_checks.findings import Finding, FloatArray
 from gradient_checks.scenes import Scene, random_scene
 from livecl.rendering.rasterizer import Rasterizer
 
-#: Of a derivative by differences, over the norm of the gradient: reference/differences.py says what is left.
+#: Of a derivative by differences, over the norm of the gradient: reference/differences.py derives it.
 RELATIVE = 1e-6
 LOSSES = ("linear", "quadratic")
 #: Entries of the points and of the colours that are moved in each drawing.

@@ -23,11 +23,11 @@ class Finding:
     what : str
         The kind of number.
     relative : float
-        Norm of the error over the norm of what is right; 0 where both are 0.
+        Norm of the error over the norm of the right value; 0 where both are 0.
     of_rounding : float
         Largest error over what rounding (or the method of differences) may do: beyond 1, it needs another reason.
     of_allowed : float
-        The same with what is in question at kinks of min(|A|, 1) added to what is allowed: beyond 1, it is wrong.
+        The same with the doubtful part at kinks of min(|A|, 1) added to the tolerance: beyond 1, it is wrong.
     """
 
     index: int

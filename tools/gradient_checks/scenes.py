@@ -15,7 +15,7 @@ from support.shapes import Path
 SIZES = ((16, 16), (24, 31), (13, 7), (1, 1), (1, 41), (33, 50), (64, 48))
 #: Most drawings have few layers; some have more than a run of the compositing kernel (32) holds.
 FEW_LAYERS, MANY_LAYERS, MANY_SHARE = 7, 48, 0.03
-#: Pieces of a segment: up to so many.
+#: Largest number of pieces of a segment.
 MOST_PIECES = 9
 
 

@@ -25,7 +25,7 @@ PRECISION, STAGE_PRECISION = 3, 2
 
 
 def text(value: object) -> str:
-    """Return what stands for a value in HTML, in attributes too."""
+    """Escape a value for HTML text and attributes."""
     return html.escape(str(value), quote=True)
 
 
@@ -137,7 +137,7 @@ def _path_data(drawing: Drawing, layer: int, precision: int) -> str:
 
 
 def number(value: float, precision: int) -> str:
-    """Return a number in figures, of so many decimals at most."""
+    """Format a number with a maximum of decimals."""
     shown = f"{value:.{precision}f}"
     shown = shown.rstrip("0").rstrip(".") if "." in shown else shown
     return "0" if shown == "-0" else shown
