@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.cli.messages import write_standard
-from livecl.cli.progress import FilmProgress
+from livecl.cli.progress import OutputProgress
 from livecl.drawing.colors import format_rgb
 from livecl.files import check_file, check_folder, write_atomically
 from livecl.run.recipe import Recipe
@@ -176,41 +176,46 @@ def write_html(file: Path, finished: Finished) -> None:
     """Write a page to look through the result."""
     from livecl.views.report.page import write_report
 
-    write_report(
-        file,
-        finished.image,
-        finished.result,
-        command=finished.command,
-        name=finished.name,
-        device=finished.device,
-    )
+    with OutputProgress(file.name, "picture", quiet=finished.quiet) as progress:
+        write_report(
+            file,
+            finished.image,
+            finished.result,
+            command=finished.command,
+            name=finished.name,
+            device=finished.device,
+            progress=progress.show,
+        )
 
 
 def write_sheet(file: Path, finished: Finished) -> None:
     """Write picture and stages side by side."""
     from livecl.views.sheet import save_sheet
 
-    save_sheet(file, finished.image, finished.result, device=finished.device)
+    with OutputProgress(file.name, "picture", quiet=finished.quiet) as progress:
+        save_sheet(file, finished.image, finished.result, device=finished.device, progress=progress.show)
 
 
 def write_plot(file: Path, finished: Finished) -> None:
     """Write the error against the number of paths."""
     from livecl.views.sheet import save_plot
 
-    save_plot(file, finished.result)
+    with OutputProgress(file.name, "plot", quiet=finished.quiet) as progress:
+        save_plot(file, finished.result)
+        progress.show(1, 1)
 
 
 def write_gif(file: Path, finished: Finished) -> None:
     """Write the learning course as a GIF."""
     assert finished.course is not None
-    with FilmProgress(file.name, quiet=finished.quiet) as progress:
+    with OutputProgress(file.name, "frame", quiet=finished.quiet) as progress:
         finished.course.save_gif(file, result=finished.result, device=finished.device, progress=progress.show)
 
 
 def write_mp4(file: Path, finished: Finished) -> None:
     """Write the learning course as a film."""
     assert finished.course is not None
-    with FilmProgress(file.name, quiet=finished.quiet) as progress:
+    with OutputProgress(file.name, "frame", quiet=finished.quiet) as progress:
         finished.course.save_mp4(file, result=finished.result, device=finished.device, progress=progress.show)
 
 

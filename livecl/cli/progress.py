@@ -81,23 +81,25 @@ class RunProgress(_Progress):
             _log.info("%s: %d paths, MSE %.3g%s", step.name, step.drawing.num_layers, step.mse, taken_back)
 
 
-class FilmProgress(_Progress):
-    """A progress bar over the pictures of a film.
+class OutputProgress(_Progress):
+    """A progress bar over the parts of an output.
 
     Parameters
     ----------
     name : str
-        Name of the file written.
+        File that is written.
+    unit : str
+        A part of it: frame, picture, plot.
     quiet : bool
         Show none.
     """
 
-    def __init__(self, name: str, *, quiet: bool) -> None:
-        super().__init__(1, "frame", quiet=quiet)
+    def __init__(self, name: str, unit: str, *, quiet: bool) -> None:
+        super().__init__(1, unit, quiet=quiet)
         self._bar.set_description(name)
 
     def show(self, done: int, total: int) -> None:
-        """Move the bar to a picture."""
+        """Move the bar to a part."""
         self._bar.total = total
         self._bar.update(done - self._bar.n)
 

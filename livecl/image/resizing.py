@@ -13,7 +13,8 @@ import reprlib
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livecl.drawing.drawing import MAX_COORDINATE, Drawing
+from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import MAX_COORDINATE
 
 #: Side, px, of the square whose area larger pictures are reduced to where nothing else is asked for.
 DEFAULT_SIZE = 512

@@ -83,9 +83,10 @@ def encode_gif(frames: Sequence[NDArray[Any]], durations: Sequence[float]) -> by
     """
     from PIL import Image
 
-    levels = [np.rint(np.clip(frame, 0, 1) * 255).astype(np.uint8) for frame in frames]
-    palette = _palette(levels)
-    pictures = [Image.fromarray(_nearest(frame, palette)) for frame in levels]
+    codes = [_codes(frame) for frame in frames]
+    palette = _palette(codes)
+    nearest = _nearest(codes, palette)
+    pictures = [Image.fromarray(nearest[frame]) for frame in codes]
     for picture in pictures:
         picture.putpalette(palette.tobytes())
     stream = io.BytesIO()
@@ -101,28 +102,46 @@ def encode_gif(frames: Sequence[NDArray[Any]], durations: Sequence[float]) -> by
     return stream.getvalue()
 
 
-def _palette(frames: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+def _codes(frame: NDArray[Any]) -> NDArray[np.int32]:
+    """Return the colours of a picture (H, W, 3) in [0, 1] as 0xrrggbb: (H, W)."""
+    levels = np.rint(np.clip(frame, 0, 1) * 255).astype(np.int32)
+    return (levels[..., 0] << 16) | (levels[..., 1] << 8) | levels[..., 2]
+
+
+def _levels(codes: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return 0xrrggbb as levels of 8 bits: (..., 3)."""
+    return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=-1).astype(np.uint8)
+
+
+def _palette(frames: Sequence[NDArray[np.int32]]) -> NDArray[np.uint8]:
     """Return colours that serve all frames: half of them the most frequent ones, so that flat areas keep theirs.
 
     The others are medians of the remaining colours: (K, 3), K at most `PALETTE`.
     """
     from PIL import Image
 
-    step = max(1, math.ceil(sum(frame.size // 3 for frame in frames) / PALETTE_PIXELS))
-    pixels = np.concatenate([frame.reshape(-1, 3)[::step] for frame in frames])
-    colors, inverse, counts = np.unique(pixels, axis=0, return_inverse=True, return_counts=True)
+    step = max(1, math.ceil(sum(frame.size for frame in frames) / PALETTE_PIXELS))
+    pixels = np.concatenate([frame.ravel()[::step] for frame in frames])
+    colors, inverse, counts = np.unique(pixels, return_inverse=True, return_counts=True)
     if len(colors) <= PALETTE:
-        return colors
+        return _levels(colors)
     order = np.argsort(-counts, kind="stable")
     rank = np.empty(len(order), np.int64)
     rank[order] = np.arange(len(order))
-    rest = pixels[rank[inverse] >= PALETTE // 2]
+    rest = _levels(pixels[rank[inverse] >= PALETTE // 2])
     medians = Image.fromarray(rest[None]).quantize(PALETTE // 2, method=Image.Quantize.MEDIANCUT).getpalette()
-    return np.concatenate([colors[order[: PALETTE // 2]], np.array(medians, np.uint8).reshape(-1, 3)])
+    return np.concatenate([_levels(colors[order[: PALETTE // 2]]), np.array(medians, np.uint8).reshape(-1, 3)])
 
 
-def _nearest(frame: NDArray[np.uint8], palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the index of each pixel's nearest colour: (H, W). Pillow's own search is not exact."""
-    colors, inverse = np.unique(frame.reshape(-1, 3), axis=0, return_inverse=True)
-    _, nearest = cKDTree(palette).query(colors)
-    return nearest.astype(np.uint8)[inverse].reshape(frame.shape[:2])
+def _nearest(frames: Sequence[NDArray[np.int32]], palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the index of the nearest colour of the palette for each 0xrrggbb that occurs.
+
+    Each colour is looked for once, however many pixels have it. Pillow's own search is not exact.
+    """
+    occurs = np.zeros(1 << 24, bool)
+    for frame in frames:
+        occurs[frame] = True
+    colors = np.flatnonzero(occurs)
+    nearest = np.zeros(1 << 24, np.uint8)
+    nearest[colors] = cKDTree(palette).query(_levels(colors))[1]
+    return nearest

@@ -6,6 +6,7 @@ from __future__ import annotations
 import io
 import math
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,7 @@ def stage_sheet(
     cell: int = CELL,
     columns: int | None = None,
     device: int | str | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> FloatArray:
     """Show the target and the drawing after each stage side by side, as the paper's first figure does.
 
@@ -50,6 +52,8 @@ def stage_sheet(
         Pictures in a row; where not given, the rows are about equally long, of at most 7.
     device : int, str or None
         OpenCL device that renders.
+    progress : callable, optional
+        Called with the number of pictures rendered and that of all.
 
     Returns
     -------
@@ -70,9 +74,11 @@ def stage_sheet(
     size = fitted_size(result.drawing.size, cell)
     rasterizer = Rasterizer(size, device)
     cells = [(_fitted_target(pixels, size), "target", "")]
-    for stage in result.stages:
+    for done, stage in enumerate(result.stages, start=1):
         shown = over_checkerboard(rasterizer.forward(scaled(stage.drawing, size)))
         cells.append((shown, count_of(stage.paths, "path"), f"MSE {stage.mse:.3g}"))
+        if progress is not None:
+            progress(done, len(result.stages))
     columns = columns or math.ceil(len(cells) / math.ceil(len(cells) / MAX_COLUMNS))
     return _laid_out(cells, size, columns)
 
@@ -85,9 +91,10 @@ def save_sheet(
     cell: int = CELL,
     columns: int | None = None,
     device: int | str | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> None:
     """Write the sheet of :func:`stage_sheet` as a PNG file, replacing an existing one atomically."""
-    save_image(path, stage_sheet(image, result, cell=cell, columns=columns, device=device))
+    save_image(path, stage_sheet(image, result, cell=cell, columns=columns, device=device, progress=progress))
 
 
 def save_plot(path: str | os.PathLike[str], result: Result) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 from PIL import Image
 
 from livecl.cli import command as cli
-from livecl.cli.progress import FilmProgress
+from livecl.cli.progress import OutputProgress
 from livecl.image.reading import save_image
 from livecl.rendering.rasterizer import Rasterizer
 
@@ -61,14 +62,26 @@ def test_all_are_rendered_on_the_device_asked_for(folder: Path, monkeypatch: pyt
 
 def test_progress_of_a_film(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with FilmProgress("out.gif", quiet=False) as progress:
+    with OutputProgress("out.gif", "frame", quiet=False) as progress:
         for done in range(1, 4):
             progress.show(done, 3)
         assert progress._bar.n == progress._bar.total == 3
     assert "out.gif" in capsys.readouterr().err
-    with FilmProgress("out.gif", quiet=True) as progress:
+    with OutputProgress("out.gif", "frame", quiet=True) as progress:
         progress.show(1, 3)
     assert capsys.readouterr().err == ""
+
+
+def test_each_output_has_a_bar_in_its_unit(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    units = {"r.html": "picture", "s.png": "picture", "p.svg": "plot", "g.gif": "frame"}
+    arguments = ["--report", "r.html", "--sheet", "s.png", "--plot", "p.svg", "--gif", "g.gif"]
+    assert cli.main([word for word in SHORT if word != "-q"] + arguments) == 0
+    shown = capsys.readouterr().err
+    for file, unit in units.items():
+        assert re.search(rf"\r{file}: +0%.*0/1 \[00:00<\?, \?{unit}/s\]", shown), shown
 
 
 @pytest.mark.parametrize(

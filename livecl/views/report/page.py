@@ -7,7 +7,7 @@ import base64
 import hashlib
 import os
 import string
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from numpy.typing import ArrayLike
@@ -33,9 +33,10 @@ def write_report(
     command: str | Sequence[str] | None = None,
     name: str | None = None,
     device: int | str | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> None:
     """Write the page of :func:`format_report`, replacing an existing file atomically; arguments as there."""
-    write_atomically(path, format_report(image, result, command=command, name=name, device=device))
+    write_atomically(path, format_report(image, result, command=command, name=name, device=device, progress=progress))
 
 
 def format_report(
@@ -45,6 +46,7 @@ def format_report(
     command: str | Sequence[str] | None = None,
     name: str | None = None,
     device: int | str | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> str:
     """Return a page that shows a result: target, drawing and difference, its layers and stages, and how it was made.
 
@@ -64,6 +66,8 @@ def format_report(
         Name of the picture.
     device : int, str or None
         OpenCL device that renders.
+    progress : callable, optional
+        Called with the number of pictures rendered and that of all.
 
     Returns
     -------
@@ -85,7 +89,12 @@ def format_report(
     target = target_over(shown, ground)
     facts = layer_facts(result.drawing, result.svg, target, rasterizer)
     drawings = [stage.drawing for stage in result.stages] or [result.drawing]
-    pictures, gain = differences([rasterizer.forward(scaled(drawing, size)) - target for drawing in drawings])
+    errors = []
+    for done, drawing in enumerate(drawings, start=1):
+        errors.append(rasterizer.forward(scaled(drawing, size)) - target)
+        if progress is not None:
+            progress(done, len(drawings))
+    pictures, gain = differences(errors)
     title = name or "Vectorized picture"
     classes = {"tiny": max(size) < TINY, "clear": result.drawing.background is None, "wide": size[1] > 2 * size[0]}
     height, width = result.drawing.size
