@@ -58,11 +58,17 @@ def readable(text: str) -> str:
     return " ".join("".join(character if character.isprintable() else " " for character in text).split())
 
 
+#: Names that a hint lists, at most.
+MAX_LISTED = 12
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return a hint for a name that there is not: the nearest that there is, or all of them."""
+    """Return a hint for a name that there is not: the nearest that there is, or the first ones of all."""
     known = list(known)
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    return f"did you mean {near[0]!r}?" if near else f"wanted one of {', '.join(known)}"
+    if near := difflib.get_close_matches(name, known, n=1, cutoff=0.5):
+        return f"did you mean {near[0]!r}?"
+    more = ", ..." if len(known) > MAX_LISTED else ""
+    return f"wanted one of {', '.join(known[:MAX_LISTED])}{more}"
 
 
 def check_type(name: str, value: object, kind: type, wanted: str) -> None:
