@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Decisions of a run: what each phase changes, whether it is kept, which phases are left out, and who is told."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support.runs import SMALL, new_run, three_shapes
+from support.shapes import build, circle, rectangle
+
+from livecl import Drawing, Options, Rasterizer, State, Step, vectorize
+from livecl.drawing.drawing import empty_drawing
+from livecl.image.reading import premultiplied
+from livecl.layering.pruning import least_useful
+from livecl.run.loop import train
+from livecl.run.phases import MAX_FAILURES, MIN_IMPROVEMENT, Grow, Refine, Revise, plan_of
+from livecl.run.run import Run
+from livecl.training.state import FREE, KEPT, LOCKED
+from livecl.views.course import Course
+
+QUICK = Options(iterations=1, prune=0.0)
+
+
+def started(holds: list[int], device: int, **changes: Any) -> Run:
+    """Return a run at its first revision, with four layers on the picture of three shapes, (24, 24)."""
+    shapes = [circle((9, 11), 7), rectangle(12, 4, 22, 12), circle((7, 16), 3), circle((20, 20), 1)]
+    colors = [(0.9, 0.2, 0.1, 1), (0.1, 0.3, 0.8, 1), (0.2, 0.7, 0.3, 1), (0.95, 0.95, 0.95, 1)]
+    drawing = build([([shape], color) for shape, color in zip(shapes, colors, strict=True)], (24, 24))
+    drawing = drawing.replace(stages=[0, 1, 1, 1])
+    state = State.start(empty_drawing((24, 24)), Options(iterations=1, prune=0.0, **changes), (1, 3), 0)
+    state.add(drawing, np.arange(4))
+    state.holds, state.stage, state.asked = np.array(holds, np.int8), 2, holds.count(FREE)
+    run = Run(SMALL, state, device)
+    state.pieces = run.rasterizer.pieces(drawing)
+    return run
+
+
+def scripted(run: Run, errors: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the run see these errors, one after the other."""
+    values = iter(errors)
+    monkeypatch.setattr(run, "visible_mse", lambda _: next(values))
+
+
+def end_of_phase(run: Run) -> bool:
+    assert run.begin()
+    return run.end()
+
+
+def test_the_plan_of_a_schedule() -> None:
+    assert plan_of((0, 2, 3), 2) == (Refine(), Grow(2), Grow(3), Revise(0), Revise(1))
+    assert [phase.kind for phase in plan_of((0, 1), 1)] == ["refine", "grow", "revise"]
+
+
+@pytest.mark.parametrize(
+    ("errors", "reached"),
+    [
+        ([0.5, 0.3], [1, 2]),
+        ([0.5, 0.46], [1, 2]),  # just enough for two paths
+        ([0.5, 0.45, 0.42], [1, 2, 4]),  # a fall of .03 is too little for three
+        ([0.5, 0.47], [1, 4]),
+        ([0.5, 0.6], [1, 4]),
+        ([1e9], [1]),  # the first stage is never judged by its gain
+        ([0.01], [6]),
+        ([0.5, 0.3, 0.01], [1, 2, 6]),
+    ],
+)
+def test_growth_ends_where_paths_gain_too_little_and_all_where_the_error_is_low(
+    errors: list[float], reached: list[int], device: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = Options(iterations=1, path_gain=0.0199, target_mse=0.01, revisions=2)
+    run = new_run(options, (1, 2, 3, 1), device)
+    scripted(run, errors, monkeypatch)
+    stages = []
+    for _ in errors:
+        assert end_of_phase(run)
+        stages.append(run.state.stage)
+    assert stages == reached
+    assert run.finished == (reached[-1] == 6)
+    assert run.state.schedule == (1, 2, 3, 1), "an input"
+    assert run.state.asked == sum((1, 2, 3, 1)[: len(errors)])
+
+
+def test_a_refinement_does_not_end_growth(device: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    start = vectorize(SMALL, 1, options=Options(iterations=1, revisions=0), device=device).drawing
+    options = Options(iterations=1, path_gain=0.5, revisions=1)
+    run = Run(SMALL, State.start(start, options, (0, 2), 0), device)
+    scripted(run, [0.3, 0.2, 0.3], monkeypatch)
+    assert not end_of_phase(run), "it was worse than before"
+    assert run.state.drawing is start and run.state.stage == 1 and run.state.failures == 0
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_no_path_worth_placing_leaves_out_the_stages_left(place: int, device: int) -> None:
+    picture = np.ones((24, 24, 3))
+    if place:
+        picture[6:18, 4:20] = (0.1, 0.4, 0.8)
+    steps: list[Step] = []
+    result = vectorize(
+        picture,
+        schedule=[1, 2, 3],
+        options=Options(iterations=30, revisions=1, prune=1e-3),
+        device=device,
+        on_step=steps.append,
+    )
+    assert {step.name for step in steps if step.kind == "grow"} == {"stage 1/3"}
+    assert {step.stage for step in steps if step.kind == "revise"} <= {3} and len(result.stages) == 1
+
+
+@pytest.mark.parametrize(("after", "kept"), [(1 - 1.01 * MIN_IMPROVEMENT, True), (1 - 0.99 * MIN_IMPROVEMENT, False)])
+def test_a_revision_is_kept_if_it_lowers_the_error_by_enough(
+    after: float, kept: bool, device: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = started([FREE] * 4, device)
+    before, run.state.failures = run.state.drawing, 1
+    assert run.begin()
+    assert run.state.fallback is not None and run.state.fallback.drawing is before
+    revised = run.state.drawing
+    scripted(run, [0.1 * after, 0.1], monkeypatch)
+    assert run.end() == kept
+    assert run.state.failures == (0 if kept else 2)
+    assert run.state.drawing is (revised if kept else before)
+    assert run.state.fallback is None and run.state.stage == 3 and not run.state.placed
+    assert len(run.state.pieces) == run.state.drawing.num_segments == len(run.state.points.mean)
+
+
+def test_revisions_end_when_they_fail_too_often_or_have_nothing_to_replace(device: int) -> None:
+    run = started([FREE, KEPT, KEPT, KEPT], device)
+    assert not run.finished
+    for failures in range(MAX_FAILURES):
+        run.state.failures = failures
+        assert not run.finished
+    run.state.failures = MAX_FAILURES
+    assert run.finished
+    assert started([KEPT, LOCKED, KEPT, KEPT], device).finished
+    growing = new_run(QUICK, (1,), device)
+    growing.state.failures = MAX_FAILURES
+    assert not growing.finished, "there is no layer yet, nor any revision"
+
+
+@pytest.mark.parametrize("failures", [0, 1, 2])
+def test_a_revision_replaces_the_least_useful_layer_and_after_failures_the_next(failures: int, device: int) -> None:
+    run = started([FREE] * 4, device, merge=False)
+    before = run.state.drawing
+    order = least_useful(before, run.rasterizer, run.target)
+    assert order[0] == 3, "a dot of nearly the background's colour"
+    run.state.failures = failures
+    assert run.begin()
+    drawing = run.state.drawing
+    kept = [k for k in range(4) if any(np.array_equal(before.colors[k], color) for color in drawing.colors)]
+    assert sorted(set(range(4)) - set(kept)) == [order[failures]]
+    assert drawing.num_layers == 4, "one is placed for the one taken out"
+    assert drawing.stages.max() == 1
+
+
+@pytest.mark.parametrize("hold", [KEPT, LOCKED])
+def test_layers_that_are_held_are_not_replaced(hold: int, device: int) -> None:
+    run = started([FREE, FREE, FREE, hold], device, merge=False)
+    before = run.state.drawing
+    assert run.begin()
+    assert any(
+        np.array_equal(before.points[before.segment_layers == 3], run.state.drawing.points[own])
+        for own in (run.state.drawing.segment_layers == k for k in range(run.state.drawing.num_layers))
+    )
+    assert sorted(run.state.holds) == sorted([FREE, FREE, FREE, hold])
+
+
+@pytest.mark.parametrize(("failures", "merges"), [(0, True), (1, False), (2, True)])
+def test_revisions_merge_every_other_time_that_they_fail(
+    failures: int, merges: bool, device: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[Any] = []
+
+    def merge(drawing: Drawing, *others: Any) -> Any:
+        calls.append(others)
+        raise InterruptedError
+
+    monkeypatch.setattr("livecl.run.phases.merge_neighbors", merge)
+    run = started([KEPT, FREE, FREE, FREE], device)
+    run.state.failures = failures
+    if merges:
+        with pytest.raises(InterruptedError):
+            run.begin()
+        assert calls[0][3].tolist() == [False, True, True, True], "only layers that are free"
+    else:
+        assert run.begin()
+    unmerged = started([FREE] * 4, device, merge=False)
+    assert unmerged.begin() and len(calls) == merges
+
+
+def test_new_layers_are_labelled_with_their_stage(device: int) -> None:
+    start = vectorize(SMALL, 1, options=Options(iterations=1, revisions=0), device=device).drawing.replace(stages=[4])
+    run = Run(SMALL, State.start(start, Options(iterations=1, revisions=1, prune=0.0), (0, 1, 1), 0), device)
+    for _ in range(3):
+        end_of_phase(run)
+    assert sorted(run.state.drawing.stages) == [4, 5, 6]
+    run.begin()
+    assert sorted(run.state.drawing.stages)[:2] == [4, 5] and run.state.drawing.stages.max() <= 6, "no stage of its own"
+
+
+def test_the_outcome_is_pruned_and_merged_when_all_is_done(device: int) -> None:
+    run = started([FREE] * 4, device, merge=False)
+    run.state.options = Options(iterations=1, prune=1e-4, merge=False, revisions=8)
+    assert run.outcome().num_layers == 4
+    run.state.stage = len(run.plan)
+    assert run.outcome().num_layers == 3
+    run.state.holds[3] = KEPT
+    assert run.outcome().num_layers == 4
+
+
+class Watcher:
+    """Notes what it is told."""
+
+    def __init__(self) -> None:
+        self.kinds: list[str] = []
+        self.ends: list[tuple[str, bool, float]] = []
+
+    def __call__(self, step: Step) -> None:
+        self.kinds.append(step.kind)
+
+    def on_stage(self, step: Step, kept: bool) -> None:
+        assert step.iteration == step.iterations
+        self.ends.append((step.name, kept, step.mse))
+
+
+def test_callbacks_are_told_what_was_decided(device: int) -> None:
+    watcher = Watcher()
+    options = Options(iterations=15, revisions=8)
+    run = new_run(options, (1, 2), device, three_shapes())
+    train(run, watcher)
+    names, kept, errors = zip(*watcher.ends, strict=True)
+    assert names[:3] == ("stage 1/2", "stage 2/2", "revision 1") and kept[:2] == (True, True)
+    assert watcher.kinds == ["grow"] * 30 + ["revise"] * 15 * (len(names) - 2)
+    assert {True, False} <= set(kept[2:]), "some pay, some do not"
+    for (before, after), is_kept in zip(itertools.pairwise(errors[1:]), kept[2:], strict=True):
+        assert (after < before) if is_kept else (after == before), "it goes on with the drawing before"
+
+
+@pytest.mark.parametrize("seed", [0, 5])
+def test_films_of_transparent_pictures_show_what_was_kept(seed: int, device: int) -> None:
+    rng = np.random.default_rng(seed)
+    picture: NDArray[np.float64] = np.kron(rng.uniform(size=(4, 4, 4)), np.ones((8, 8, 1)))
+    watcher = Watcher()
+    course = Course(1, on_step=watcher)
+    options = Options(iterations=6, revisions=6)
+    vectorize(picture, schedule=(1, 2), options=options, device=device, on_step=course)
+    kept = {int(name.split()[1]) + 1 for name, was_kept, _ in watcher.ends[2:] if was_kept}
+    assert {frame.stage for frame in course.frames} == {0, 1} | kept
+    rasterizer, target = Rasterizer((32, 32), device), premultiplied(picture.astype(np.float32))
+    last = course.frames[-1].drawing
+    error = float(np.mean(np.square(rasterizer.forward(last).astype(np.float64) - target)))
+    assert error == pytest.approx(watcher.ends[-1][2], rel=1e-9)
+
+
+def test_decisions_compare_the_visible_error(device: int) -> None:
+    # Without a background, errors of alpha are seen in three channels: the visible error is larger than the mean.
+    picture = np.dstack([SMALL, np.linspace(0, 1, 24)[:, None] * np.ones((24, 24))])
+    run = new_run(Options(iterations=5, revisions=0), (2,), device, picture)
+    run.begin()
+    between = float(np.sqrt(run.mse(run.state.drawing) * run.visible_mse(run.state.drawing)))
+    assert run.mse(run.state.drawing) != pytest.approx(run.visible_mse(run.state.drawing), rel=0.05)
+    run.state.options = Options(iterations=5, revisions=0, target_mse=between)
+    run.end()
+    assert run.state.error == run.visible_mse(run.state.drawing)
