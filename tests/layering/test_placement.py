@@ -352,3 +352,16 @@ def test_what_is_remembered_of_regions_is_what_trying_again_gives(
     again = place(target, 14, options)
     assert remembered.num_layers == 14
     assert np.array_equal(remembered.points, again.points) and np.array_equal(remembered.colors, again.colors)
+
+
+def test_only_holes_that_are_better_as_they_are_stay_open(place: Placer) -> None:
+    # A window shows the white canvas; a spot of dark red is nearer to red than to the canvas: it is painted over.
+    target = np.ones((48, 48, 3))
+    target[4:44, 4:44] = RED
+    target[10:20, 10:20] = 1.0
+    target[28:38, 28:38] = (0.6, 0.1, 0.2)
+    first = place(target, 1, Options())
+    coverage = place.alphas(first)[0]
+    assert coverage[12:18, 12:18].max() < 0.1 and coverage[30:36, 30:36].min() > 0.9
+    filled = place(target, 1, Options(holes=False))
+    assert place.alphas(filled)[0][12:18, 12:18].min() > 0.9
