@@ -19,7 +19,6 @@ from support.runs import SMALL, three_shapes
 import livecl
 from livecl import CheckpointError, Control, DeviceError, Options, Recipe, Result, RunError, vectorize
 from livecl.opencl.launcher import Launcher
-from livecl.options import PRESETS
 from livecl.run.checkpoint import discard_checkpoint, is_checkpoint
 from livecl.training.archive import read_archive, write_archive
 from livecl.training.objective import Objective
@@ -104,28 +103,6 @@ def test_a_recipe_goes_on_too(device: int, tmp_path: Path) -> None:
     stopped = recipe.vectorize(three_shapes(), device, control=Control(stop=after(30), checkpoint=path))
     assert stopped.stopped == "enough" and stopped.working_size == (24, 24) and stopped.drawing.size == (40, 40)
     assert same(recipe.vectorize(three_shapes(), device, control=Control(checkpoint=path, resume=True)), whole)
-
-
-def test_paths_just_placed_that_are_worse_are_not_the_best(device: int) -> None:
-    options, errors = Options.diffvg(iterations=150), []
-
-    def on_step(step: Any) -> bool:
-        errors.append(step.mse)
-        return bool(step.stage == 1)
-
-    whole = vectorize(SMALL, schedule=[2], options=options, device=device)
-    result = vectorize(SMALL, schedule=[2, 8], options=options, device=device, on_step=on_step)
-    assert errors[-1] > whole.mse, "or this tests nothing"
-    assert result.svg == whole.svg and result.mse == whole.mse and result.stopped == "callback"
-    assert [stage.iterations for stage in result.stages] == [151]
-
-
-def test_stopped_before_there_is_a_path(device: int) -> None:
-    result = vectorize(SMALL, 2, device=device, control=Control(time_limit=0))
-    assert result.stopped == "time limit" and result.drawing.num_layers == 0
-    assert [(stage.paths, stage.iterations) for stage in result.stages] == [(0, 0)]
-    from_start = vectorize(SMALL, 2, device=device, start=START, control=Control(time_limit=0))
-    assert from_start.drawing._repr_svg_() == START._repr_svg_()
 
 
 def test_a_stop_is_asked_for_in_placement_and_merging(device: int) -> None:
@@ -326,21 +303,6 @@ def test_memory_that_runs_out_in_placement(where: str, monkeypatch: pytest.Monke
 def test_a_failure_before_there_is_a_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("livecl.run.loop.Loop._train_phase", failing(MemoryError()))
     assert failed(tmp_path / "checkpoint").result is None
-
-
-@pytest.mark.parametrize(
-    "wrong", [{"time_limit": -1}, {"time_limit": float("nan")}, {"period": "often"}, {"resume": True}]
-)
-def test_wrong_arguments(wrong: dict[str, Any]) -> None:
-    (name,) = wrong
-    with pytest.raises(ValueError, match=f"^{name}: "):
-        Control(**wrong)
-
-
-def test_all_presets_may_be_stopped(device: int) -> None:
-    for name, options in PRESETS.items():
-        result = vectorize(SMALL, 2, options=options(), device=device, on_step=lambda step: step.iteration == 3)
-        assert result.stopped == "callback" and result.drawing.num_layers, name
 
 
 def test_leftovers_of_a_killed_writing_are_deleted_with_the_checkpoint(

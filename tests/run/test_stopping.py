@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs that are stopped: what they have done so far, and what asks them to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from support.runs import SMALL
+
+import livecl
+from livecl import Control, Options, vectorize
+from livecl.options import PRESETS
+
+START = livecl.vectorize(SMALL, 2, options=Options(iterations=5, revisions=0)).drawing
+
+
+def test_paths_just_placed_that_are_worse_are_not_the_best(device: int) -> None:
+    options, errors = Options.diffvg(iterations=150), []
+
+    def on_step(step: Any) -> bool:
+        errors.append(step.mse)
+        return bool(step.stage == 1)
+
+    whole = vectorize(SMALL, schedule=[2], options=options, device=device)
+    result = vectorize(SMALL, schedule=[2, 8], options=options, device=device, on_step=on_step)
+    assert errors[-1] > whole.mse, "or this tests nothing"
+    assert result.svg == whole.svg and result.mse == whole.mse and result.stopped == "callback"
+    assert [stage.iterations for stage in result.stages] == [151]
+
+
+def test_stopped_before_there_is_a_path(device: int) -> None:
+    result = vectorize(SMALL, 2, device=device, control=Control(time_limit=0))
+    assert result.stopped == "time limit" and result.drawing.num_layers == 0
+    assert [(stage.paths, stage.iterations) for stage in result.stages] == [(0, 0)]
+    from_start = vectorize(SMALL, 2, device=device, start=START, control=Control(time_limit=0))
+    assert from_start.drawing._repr_svg_() == START._repr_svg_()
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"time_limit": -1}, {"time_limit": float("nan")}, {"period": "often"}, {"resume": True}]
+)
+def test_wrong_arguments(wrong: dict[str, Any]) -> None:
+    (name,) = wrong
+    with pytest.raises(ValueError, match=f"^{name}: "):
+        Control(**wrong)
+
+
+def test_all_presets_may_be_stopped(device: int) -> None:
+    for name, options in PRESETS.items():
+        result = vectorize(SMALL, 2, options=options(), device=device, on_step=lambda step: step.iteration == 3)
+        assert result.stopped == "callback" and result.drawing.num_layers, name

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where runs begin that tests save, stop and resume, and how states are compared."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl import Options, State
+from livecl.drawing.drawing import empty_drawing
+
+SCHEDULE = (1, 2)
+
+
+def disc_and_ring() -> NDArray[np.float32]:
+    """Return a disc with a bar across it and a ring beside it, 24 x 27, with soft edges."""
+    rows, columns = (np.indices((24 * 4, 27 * 4)) + 0.5) / 4
+    picture = np.ones((24 * 4, 27 * 4, 3))
+    distance = np.hypot(rows - 11, columns - 10)
+    picture[distance < 8] = (0.8, 0.2, 0.1)
+    picture[(np.abs(rows - 12) < 2) & (np.abs(columns - 11) < 9)] = (0.1, 0.2, 0.7)
+    ring = np.hypot(rows - 17, columns - 20)
+    picture[(ring > 2) & (ring < 5)] = (0.2, 0.7, 0.2)
+    return picture.reshape(24, 4, 27, 4, 3).mean(axis=(1, 3)).astype(np.float32)
+
+
+def start(options: Options, seed: int = 0) -> State:
+    return State.start(empty_drawing((24, 27)), options, SCHEDULE, seed)
+
+
+def equal(one: Any, other: Any) -> bool:
+    """Compare values field by field, arrays with their types and to the last bit."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and one.shape == other.shape and one.tobytes() == other.tobytes()
+    if isinstance(one, np.random.Generator):
+        return bool(one.bit_generator.state == other.bit_generator.state)
+    if dataclasses.is_dataclass(one):
+        return all(equal(getattr(one, f.name), getattr(other, f.name)) for f in dataclasses.fields(one))
+    return bool(one == other)
+
+
+def assert_equal(one: State, other: State) -> None:
+    for field in dataclasses.fields(State):
+        assert equal(getattr(one, field.name), getattr(other, field.name)), field.name
