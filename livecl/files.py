@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 #: Free space required of a folder before the work, bytes: a drawing of hundreds of paths.
-LEAST_ROOM = 1 << 16
+MIN_ROOM = 1 << 16
 
 
 def write_atomically(path: str | os.PathLike[str], data: str | bytes) -> None:
@@ -87,6 +87,6 @@ def check_folder(folder: Path, wanted: Path) -> None:
         raise ValueError(f"{wanted}: {folder} is not a folder")
     try:
         with tempfile.TemporaryFile(dir=folder) as file:
-            file.write(bytes(LEAST_ROOM))
+            file.write(bytes(MIN_ROOM))
     except OSError as error:
         raise ValueError(f"{wanted}: cannot write into {folder}: {error.strerror or error}") from error

@@ -7,7 +7,7 @@ import reprlib
 from collections.abc import Sequence
 
 #: Largest number of paths added in a stage of the growing schedule (the paper's implementation details).
-MOST_PER_STAGE = 32
+MAX_PER_STAGE = 32
 #: Paths of a method that does not judge them, as the paper's, where neither a number nor a list is given.
 DEFAULT_PATHS = 8
 #: Largest number of paths when it is chosen by their gain: by default, and with "auto".
@@ -27,7 +27,7 @@ def growing_schedule(paths: int) -> tuple[int, ...]:
     while left:
         stages.append(min(size, left))
         left -= stages[-1]
-        size = min(2 * size, MOST_PER_STAGE)
+        size = min(2 * size, MAX_PER_STAGE)
     return tuple(stages)
 
 

@@ -22,9 +22,9 @@ FloatArray = NDArray[np.float64]
 #: Distance px between curve and lines that crossings are looked for on.
 TOLERANCE = 0.02
 #: Lines of a segment at most: pairs of lines are looked at, all of them at once.
-MOST_PIECES = 64
+MAX_PIECES = 64
 #: Crossings that are taken out of one outline at most.
-MOST_CROSSINGS = 24
+MAX_CROSSINGS = 24
 #: Newton steps from a crossing of lines to that of the curves.
 NEWTON_STEPS = 4
 
@@ -55,7 +55,7 @@ def untangle(outlines: Sequence[FloatArray]) -> list[FloatArray]:
     """
     found = list(outlines)
     tangled = list(range(len(found)))
-    for _ in range(MOST_CROSSINGS):
+    for _ in range(MAX_CROSSINGS):
         crossings = find_crossings([found[k] for k in tangled])
         tangled = [k for k, crossing in zip(tangled, crossings, strict=True) if crossing is not None]
         if not tangled:
@@ -72,7 +72,7 @@ def find_crossings(outlines: Sequence[FloatArray]) -> list[Crossing | None]:
         return found
     numbers = [len(outline) for outline in outlines]
     cubics = np.concatenate(outlines)
-    lines = flatten(cubics, TOLERANCE, MOST_PIECES)
+    lines = flatten(cubics, TOLERANCE, MAX_PIECES)
     owners = np.repeat(np.arange(len(outlines)), numbers)[lines.segments]
     i, j, s, t = line_meetings(lines.corners, lines.corners[following(owners)], owners)
     meets = np.flatnonzero((s >= 0) & (s < 1) & (t >= 0) & (t < 1))

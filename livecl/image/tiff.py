@@ -23,7 +23,7 @@ _COMPRESSIONS = (1, *_DEFLATE, 32773)
 #: Most numbers of a pixel: colours, alpha, and some that are not looked at.
 _MAX_SAMPLES = 8
 #: Bytes that any part of a file may be inflated to; larger ones may no more than the whole picture has.
-_MOST_INFLATED = 16_000_000
+_MAX_INFLATED = 16_000_000
 
 FloatArray = NDArray[np.float32]
 
@@ -107,7 +107,7 @@ def _refuse_bombs(data: bytes, tags: Mapping[str, Any]) -> None:
         raise ImageError(TOO_LARGE)
     if tags.get("Compression", 1) not in _DEFLATE:
         return
-    most = max(_MOST_INFLATED, num_pixels * samples * int(np.max(tags.get("BitsPerSample", 1))) // 8)
+    most = max(_MAX_INFLATED, num_pixels * samples * int(np.max(tags.get("BitsPerSample", 1))) // 8)
     part = "Tile" if "TileOffsets" in tags else "Strip"
     for offset, count in zip(
         np.atleast_1d(tags[f"{part}Offsets"]), np.atleast_1d(tags[f"{part}ByteCounts"]), strict=False

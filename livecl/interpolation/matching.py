@@ -17,7 +17,7 @@ from livecl.drawing.drawing import Drawing
 
 Match = Literal["order", "nearest"]
 #: Difference (see `layer_differences`) from which on the nearest are not paired: a shift by 0.63 of the canvas has it.
-MOST_DIFFERENT = 0.4
+MAX_DIFFERENCE = 0.4
 #: Weight of the squared difference of each colour channel: layers in one place count as one that changes colour.
 COLOR_WEIGHT = 0.5
 #: Layer of the first drawing and layer of the second; None where a layer has no partner.
@@ -55,9 +55,9 @@ def match_layers(a: Drawing, b: Drawing, match: Match = "order") -> list[Pair]:
     differences = layer_differences(a, b)
     if match == "order":
         return _in_order(differences)
-    rows, columns = linear_sum_assignment(np.minimum(differences, MOST_DIFFERENT))
+    rows, columns = linear_sum_assignment(np.minimum(differences, MAX_DIFFERENCE))
     partners = {
-        i: j for i, j in zip(rows.tolist(), columns.tolist(), strict=True) if differences[i, j] < MOST_DIFFERENT
+        i: j for i, j in zip(rows.tolist(), columns.tolist(), strict=True) if differences[i, j] < MAX_DIFFERENCE
     }
     return _without_contradictions(partners, a, b)
 

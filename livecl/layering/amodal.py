@@ -14,7 +14,7 @@ from livecl.layering.stack import Window, window_of
 BoolArray = NDArray[np.bool_]
 #: Largest ratio of hidden to visible pixels: no more is completed than is visible. Without a limit, eyes
 #: and mouth become one band behind a head with holes.
-MOST_HIDDEN = 1.0
+MAX_HIDDEN = 1.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,7 +46,7 @@ def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Complet
     Completion
         Of the pixels that are alike or hidden those that hang together with the region, within the convex hull of the
         parts joined. None if there is no other part to join, or if more than
-        `MOST_HIDDEN` would be hidden.
+        `MAX_HIDDEN` would be hidden.
     """
     from skimage.morphology import convex_hull_image
 
@@ -59,5 +59,5 @@ def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Complet
     if np.count_nonzero(parts) == np.count_nonzero(region):
         return Completion(window, None, reach)
     joined = connected(whole & convex_hull_image(parts), (start[0] - window[0].start, start[1] - window[1].start))
-    found = np.count_nonzero(joined) <= (1 + MOST_HIDDEN) * np.count_nonzero(joined & alike)
+    found = np.count_nonzero(joined) <= (1 + MAX_HIDDEN) * np.count_nonzero(joined & alike)
     return Completion(window, joined if found else None, reach)

@@ -49,7 +49,7 @@ MAX_HOLES = 8
 
 @dataclasses.dataclass(frozen=True)
 class Candidate:
-    """A new layer: its outline, its fill as straight RGBA (4,), and what it does at its best depth."""
+    """A new layer: its outline, its fill as straight RGBA (4,), and its trial at its best depth."""
 
     outline: Outline
     rgba: FloatArray
@@ -61,7 +61,7 @@ class Candidate:
         return sum(map(len, self.outline))
 
     def beside(self, depth: int, window: Window) -> Candidate | None:
-        """Return the candidate after another layer was put in at a depth; None where it lies in what that changed."""
+        """Return the candidate after another layer was put in at a depth; None where it lies in the changed area."""
         if meet(self.trial.window, window):
             return None
         own = self.trial.depth
@@ -124,7 +124,7 @@ def region_candidates(
 
 @dataclasses.dataclass
 class _Guess:
-    """A region's own pixels, (h, w) within a window, as a layer: its fill, what it would remove, and its outline."""
+    """A region's own pixels, (h, w) within a window, as a layer: its fill, its gain, and its outline."""
 
     window: Window
     mask: BoolArray
@@ -194,7 +194,7 @@ class _Judge:
         return self._candidates([outline], paint_of(self._painting.target[row, column]))[0]
 
     def accept(self, candidate: Candidate) -> None:
-        """Put a layer into the painting, and forget what it changes."""
+        """Put a layer into the painting, and forget the trials that it changes."""
         hidden, depth = self._stack.hidden, candidate.trial.depth
         changed = self._painting.insert(candidate.trial)
         covered = window_of(self._stack.hidden != hidden)
@@ -215,7 +215,7 @@ class _Judge:
                 yield region
 
     def _as_it_is(self, region: Region) -> _Tried:
-        """Return what a region's own pixels would remove as a layer, without holes and with them, in the best fill."""
+        """Return the gain of a region's own pixels as a layer, without holes and with them, in the best fill."""
         if region.key in self._tried:
             return self._tried[region.key]
         whole = region.mask

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What each layer of a drawing contributes to the picture.
+"""Contributions of each layer of a drawing to the picture.
 
 Layer i's own share of a pixel's final colour is its alpha there (opacity * coverage) times the transmittance, the
 product of (1 - alpha) of all layers above it. A pixel is visible in a layer if that share exceeds one half, so in at
@@ -39,7 +39,7 @@ def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> Shar
 
 
 def composited_colors(drawing: Drawing) -> tuple[FloatArray, FloatArray]:
-    """Return what lies beneath all layers, (C,), and the colours of the layers' paints, (N, C), as they are composited.
+    """Return the background (C,) and the colours of the layers (N, C), as they are composited.
 
     Over a background C is 3. Without one it is 4, premultiplied RGBA: nothing lies beneath, and a paint has alpha 1, as
     its opacity goes into the layer's alpha.
@@ -67,7 +67,7 @@ def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, see
     """Return by how much the mean squared error rises if one layer is taken away: (N,).
 
     Without layer i the picture changes by ``share_i * (C_i - c_i)``, where ``C_i`` is the picture of the background and
-    all layers below it, and ``c_i`` its colour. What rises is :func:`livecl.image.errors.visible_mse` with `seen`.
+    all layers below it, and ``c_i`` its colour. The error is :func:`livecl.image.errors.visible_mse` with `seen`.
     """
     target = checked_target(drawing, target)
     shares = visible_shares(alphas)

@@ -70,7 +70,7 @@ def merge_neighbors(
     together, fitted anew, or simply both outlines, whichever does better for its number of segments, at the depth of
     either.
 
-    `check` is called before each try; what it raises ends the merging.
+    `check` is called before each try; an exception ends the merging.
     """
     sources = np.arange(drawing.num_layers)
     regions, risen = flat_regions(target), 0.0
@@ -122,7 +122,7 @@ def _best(
     """Return the best layer in the place of two, by the error and the number of segments.
 
     Where layers stay as they are, so does what they make together: those below the two are one ground, those between
-    and those above one paint each, of colour P and transmittance T, which makes P + T C of what lies below, C. So each
+    and those above one paint each, of colour P and transmittance T, which makes P + T C of the colour C below. So each
     merge is composited from these, within the window where something changes.
     """
     lower, upper = pair
@@ -161,7 +161,7 @@ def _paint(alphas: NDArray[Any], colors: NDArray[Any], layer: int, window: Windo
 
 
 def _together(alphas: NDArray[Any], colors: NDArray[Any], layers: range, window: Window) -> _Paint:
-    """Return what layers, from bottom to top, make of what lies below them, within a window."""
+    """Composite layers, from bottom to top, within a window: return P and T, which make P + T C of C below."""
     shape = alphas[0][window].shape
     paint = _Paint(np.zeros((*shape, colors.shape[1])), np.ones(shape))
     for layer in layers:

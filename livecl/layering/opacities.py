@@ -27,9 +27,9 @@ from livecl.layering.stack import NOWHERE, WHOLE, LayerStack, Window
 
 #: Alpha from which on a layer counts as opaque and stays so, least factor of the others' opacities, and rounds in which
 #: they are set, one after the other.
-OPAQUE, LEAST_FACTOR, ROUNDS = 0.95, 0.2, 4
+OPAQUE, MIN_FACTOR, ROUNDS = 0.95, 0.2, 4
 #: Squared change of a picture below which a layer does nothing.
-LEAST_SQUARE = 1e-9
+MIN_SQUARE = 1e-9
 #: Mask (h, w) of the pixels of a window that are looked at, or all of them.
 Pixels = NDArray[np.bool_] | EllipsisType
 
@@ -86,7 +86,7 @@ class Opacities:
     def _step(self, k: int, product: float, square: float) -> float:
         """Return the step s above, as far as the opacity can go."""
         most = 1 / float(self._stack.alphas[k].max())
-        return float(np.clip(product / max(square, LEAST_SQUARE), LEAST_FACTOR - 1, most - 1))
+        return float(np.clip(product / max(square, MIN_SQUARE), MIN_FACTOR - 1, most - 1))
 
     def _removed(self, k: int, product: float, square: float) -> float:
         """Return the error that a layer removes by that step."""

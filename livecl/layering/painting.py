@@ -25,7 +25,7 @@ from livecl.layering.stack import NOWHERE, WHOLE, FloatArray, LayerStack, Window
 #: Depths that are tried beside the top: below the layers that the new one overlaps most.
 MAX_DEPTHS = 8
 #: Overlap, px^2, that counts, and share by which a lower depth must be better than the top.
-LEAST_OVERLAP, LEAST_ADVANTAGE = 1.0, 0.01
+MIN_OVERLAP, MIN_ADVANTAGE = 1.0, 0.01
 #: Share of a window up to which a layer that covers no more is looked at by its pixels.
 SPARSE = 0.3
 #: Pixels from which on a layer is large enough to be tried roughly.
@@ -100,7 +100,7 @@ class Painting:
             area, (rows, columns) = 4.0, window
             window = slice(rows.start, rows.stop, 2), slice(columns.start, columns.stop, 2)
             together, shares = together[::2, ::2], [alpha[::2, ::2] for alpha in alphas]
-        depths = [top, *self._depths_below(together, window, LEAST_OVERLAP / area)]
+        depths = [top, *self._depths_below(together, window, MIN_OVERLAP / area)]
         # Of a window that is mostly empty, as that of thin lines, the pixels covered are looked at one by one.
         pixels = together > 0 if np.count_nonzero(together) < SPARSE * together.size else ...
         shares = [share[pixels] for share in shares]
@@ -120,7 +120,7 @@ class Painting:
             for number, removed in enumerate(followers):
                 gains[number] += removed(area * share)
             number = int(np.argmax(gains))
-            if gains[number] <= gains[0] + LEAST_ADVANTAGE * abs(gains[0]):
+            if gains[number] <= gains[0] + MIN_ADVANTAGE * abs(gains[0]):
                 number = 0
             trials.append(Trial(depths[number], whole, alpha, color, float(gains[number])))
         return trials

@@ -27,7 +27,7 @@ def needed_layers(
     Hidden layers must lower it by more (`HIDDEN_FACTOR`). Only layers that are `free`, (N,) bool, are left out.
 
     They are taken away one by one, the least useful first, as two that hide each other are not both needless; and again
-    as long as there are any, as what mended a layer may be needless without it.
+    as long as there are any, as a layer that mended another may be needless without it.
     """
     shown = ~free | (drawing.colors[:, 3] > 0)
     drawing, free = drawing.layer_subset(shown), free[shown]

@@ -14,7 +14,7 @@ Window = tuple[slice, slice]
 #: Numbers that grounds and transmittances of all depths may take: 256 MiB. A picture of more layers counts as one.
 MAX_NUMBERS = 1 << 26
 #: Transmittance up to which the layers below count as hidden.
-LEAST_SEEN = 0.02
+MIN_SEEN = 0.02
 WHOLE: Window = slice(None), slice(None)
 NOWHERE: Window = slice(0, 0), slice(0, 0)
 
@@ -71,7 +71,7 @@ class LayerStack:
     @property
     def hidden(self) -> NDArray[np.bool_]:
         """Pixels where layers hide all that may lie below them: (H, W)."""
-        return np.asarray(self.transmittances[0] <= LEAST_SEEN)
+        return np.asarray(self.transmittances[0] <= MIN_SEEN)
 
     @property
     def order(self) -> NDArray[np.intp]:
@@ -109,7 +109,7 @@ class LayerStack:
 
 
 def over(ground: NDArray[Any], alpha: NDArray[Any], color: NDArray[Any]) -> NDArray[Any]:
-    """Return what a layer of an alpha (H, W) and a colour (C,) shows over (H, W, C)."""
+    """Composite a layer of an alpha (H, W) and a colour (C,) over (H, W, C)."""
     return np.asarray(ground + alpha[..., None] * (color - ground))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How clean the layers of a drawing are, judged by what they contribute (livecl/layering/contributions.py)."""
+"""Cleanness of the layers of a drawing, by their contributions (livecl/layering/contributions.py)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run tells its callbacks: each step, and at each stage's end whether it was kept."""
+"""Callbacks of a run: each step, and at the end of a stage whether it was kept."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Step:
     Attributes
     ----------
     kind : "refine", "grow" or "revise"
-        What the stage does: trains the drawing that the run started from, adds paths, or replaces the least useful.
+        Kind of the stage: it trains the start drawing, adds paths, or replaces the least useful ones.
     stage, num_stages : int
         Stage under way, from 0 on, and how many are planned: those of the schedule, then revisions. Some may be left
         out.
@@ -71,7 +71,7 @@ OnStep = Callable[[Step], bool | None]
 
 
 def step_of(run: Run, loss: float) -> Step:
-    """Return what callbacks are told of the step just done."""
+    """Return the step just done, for callbacks."""
     state = run.state
     kind = run.plan[state.stage].kind
     place = (state.stage, len(run.plan), state.iteration, state.options.iterations)
@@ -88,7 +88,7 @@ def tell_stage_end(on_step: OnStep | None, step: Step, kept: bool) -> None:
     step : Step
         The last one of the stage.
     kept : bool
-        Whether the run goes on with what the stage has trained, or with the drawing before it.
+        Whether the run keeps the drawing of the stage, or returns to the one before it.
     """
     on_stage: Any = getattr(on_step, "on_stage", None)
     if on_stage is not None:

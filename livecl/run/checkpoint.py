@@ -25,10 +25,10 @@ from livecl.version import __version__
 if TYPE_CHECKING:
     from livecl.opencl.device import DeviceInfo
 
-#: What a file says that is one, and the number of its layout.
+#: Magic words of a checkpoint, and the number of its layout.
 KIND, FORMAT = "livecl checkpoint", 1
 #: Least seconds between two writings, and how many times the seconds that the last one took.
-PERIOD, LEAST_RATIO = 5.0, 100
+PERIOD, MIN_RATIO = 5.0, 100
 
 _log = logging.getLogger(__name__)
 
@@ -50,12 +50,12 @@ def identity_of(state: State, target: NDArray[Any], seed: int, device: DeviceInf
 
 
 def load_checkpoint(path: str | os.PathLike[str], identity: dict[str, Any]) -> tuple[State, Record]:
-    """Read what :class:`Checkpoints` wrote, of a run of the same identity.
+    """Read a checkpoint of :class:`Checkpoints`, of a run of the same identity.
 
     Raises
     ------
     CheckpointError
-        If the file is none, or one of another run; the message names what differs.
+        If the file is no checkpoint, or one of another run; the message names the difference.
     """
     name = os.fspath(path)
     try:
@@ -82,7 +82,7 @@ def is_checkpoint(path: str | os.PathLike[str]) -> bool:
 
 
 class Checkpoints:
-    """Writes the checkpoint of one run now and then; what cannot be written is warned of once, and the run goes on.
+    """Writes the checkpoint of one run periodically; a failed write is warned of once, and the run goes on.
 
     Parameters
     ----------
@@ -134,11 +134,11 @@ class Checkpoints:
                 _log.warning("%s: cannot be written (%s); the run goes on without", os.fspath(self._path), reason)
             self._warned = True
         now = time.monotonic()
-        self._next = now + (max(PERIOD, LEAST_RATIO * (now - begin)) if self._period is None else self._period)
+        self._next = now + (max(PERIOD, MIN_RATIO * (now - begin)) if self._period is None else self._period)
 
 
 def discard_checkpoint(path: str | os.PathLike[str]) -> None:
-    """Delete a checkpoint, and what writings of it have left that were killed."""
+    """Delete a checkpoint, and temporary files of killed writes."""
     Path(path).unlink(missing_ok=True)
     remove_leftovers(path)
 
@@ -152,7 +152,7 @@ def _stage_drawing(number: int, arrays: Arrays, state: State) -> Any:
 
 
 def _differences(known: dict[str, Any], identity: dict[str, Any]) -> str:
-    """Return in words what differs."""
+    """Describe the difference of two identities."""
     names = [name for name in identity if known.get(name) != identity[name]]
     if "pixels" in names:  # so is the picture, then
         names.remove("picture")

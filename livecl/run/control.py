@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Control`: when a run is to end before its end, and what it leaves on the disk to go on from."""
+"""`Control`: time limit and early stop of a run, and its checkpoint file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Stopped(Exception):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Control:
-    """What watches over a run; none of it changes a number of what the run finds, only how far it comes.
+    """Time limit, stop and checkpoint of a run; they change no number of its results, only how far it comes.
 
     Parameters
     ----------

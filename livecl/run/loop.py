@@ -114,7 +114,7 @@ class Loop:
         return self.record.with_stage(stage, extends=run.revising)
 
     def salvaged_stages(self) -> list[Stage]:
-        """Return what there is of a run that has failed, whether the device still works or not; none for no paths."""
+        """Return the stages of a failed run, whether the device still works or not; none without paths."""
         drawing, stages = self.run.state.drawing, self.record.stages
         if np.isfinite(drawing.points).all() and np.isfinite(drawing.colors).all():
             try:

@@ -2,7 +2,7 @@
 """Phases of a run: refine a drawing to start from, grow it by new paths, revise it at the end.
 
 Each phase begins by changing the layers, is trained by the loop (:mod:`livecl.run.loop`), and ends by a decision:
-:meth:`Refine.end` and the others return whether what was trained is kept.
+:meth:`Phase.end` returns whether the trained drawing is kept.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Phase(Protocol):
         """Change the layers; return whether there is anything to train: False leaves the phase out."""
 
     def end(self, run: Run) -> bool:
-        """Return whether what was trained is kept; where not, the drawing is what it was before."""
+        """Return whether the trained drawing is kept; if not, the drawing before is restored."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Refine:
     kind: ClassVar[Kind] = "refine"
 
     def begin(self, run: Run) -> bool:
-        """Remember the drawing."""
+        """Remember the drawing as fallback."""
         run.state.fallback = run.state.fall_back()
         return True
 
@@ -86,7 +86,7 @@ class Grow:
         return True
 
     def end(self, run: Run) -> bool:
-        """Keep what was added: whether it is worth its paths is decided when all is done."""
+        """Keep the new paths: their worth is judged at the end of the run."""
         return True
 
 

@@ -38,7 +38,7 @@ VECTORIZED_PRECISION = 3
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Recipe:
-    """What is to be done to each of any number of pictures.
+    """Recipe: paths, options, size and seed, for any number of pictures.
 
     The same recipe, picture and device give the same SVG, to the last byte, wherever they meet: in this process, in a
     worker, on another machine with a processor and versions like these.
@@ -107,7 +107,7 @@ class Recipe:
 
     @property
     def chooses_paths(self) -> bool:
-        """Whether the number of paths is found by what they gain because nothing is said of it.
+        """Whether the number of paths is chosen by their gain, as neither number nor schedule is given.
 
         Not where layers are kept whatever they are worth (`Options.prune` 0, as in the paper).
         """

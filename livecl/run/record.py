@@ -17,7 +17,7 @@ class Record:
     stages : list of Stage
         Outcomes of finished stages; a revision counts for the stage before it.
     iterations, seconds : int, float
-        What the stage under way has taken so far.
+        Iterations and seconds of the stage under way.
     """
 
     stages: list[Stage] = dataclasses.field(default_factory=list)
@@ -25,7 +25,7 @@ class Record:
     seconds: float = 0.0
 
     def with_stage(self, stage: Stage, *, extends: bool) -> list[Stage]:
-        """Return the stages with one more, or with one that takes the last one's place and adds to what it took."""
+        """Return the stages with one more, or with one that replaces the last and adds to its effort."""
         if not (extends and self.stages):
             return [*self.stages, stage]
         last = self.stages[-1]
@@ -33,7 +33,7 @@ class Record:
         return [*self.stages[:-1], Stage(stage.drawing, stage.mse, iterations, seconds)]
 
     def lengthened(self) -> list[Stage]:
-        """Return the stages, to the last of which what has been done in vain since is added."""
+        """Return the stages, with the effort spent in vain since added to the last one."""
         last = self.stages[-1]
         iterations, seconds = last.iterations + self.iterations, last.seconds + self.seconds
         return [*self.stages[:-1], Stage(last.drawing, last.mse, iterations, seconds)]

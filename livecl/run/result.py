@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run leaves: the drawing, and the course of its stages; also where it fails."""
+"""Result of a run: the drawing and its stages; also of one that fails."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Result:
         Height and width, px, of the pixels that were worked on and that all errors are measured on; None where they are
         the drawing's own.
     stopped : str or None
-        Why the run ended before its end, in a few words: "time limit", "callback", what `Control.stop` returned, or the
+        Why the run ended before its end, in a few words: "time limit", "callback", the reason of `Control.stop`, or the
         message of the error that it failed with; None where it did not. The drawing is then the best that there was.
     """
 
@@ -96,7 +96,7 @@ class RunError(LiveclError):
     Attributes
     ----------
     result : Result or None
-        What was good before; None where nothing was.
+        The last good result, or None.
     """
 
     def __init__(self, message: str, result: Result | None) -> None:

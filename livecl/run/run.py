@@ -64,18 +64,18 @@ class Run:
         self.objective = Objective(self.rasterizer, self.target)
 
     def mse(self, drawing: Drawing) -> float:
-        """Return the mean squared error of a drawing over pixels and channels: what is reported."""
+        """Return the mean squared error of a drawing over pixels and channels, as reported."""
         return mse(self.rasterizer.forward(drawing), self.target)
 
     def visible_mse(self, drawing: Drawing) -> float:
-        """Return the visible mean squared error of a drawing: what all decisions compare.
+        """Return the visible mean squared error of a drawing, which all decisions compare.
 
         Over a background it is the mean squared error.
         """
         return visible_mse(self.rasterizer.forward(drawing), self.target)
 
     def warm_up(self) -> None:
-        """Have the device compile what a step needs: runtimes compile a kernel when it is first launched."""
+        """Compile the kernels of a step: runtimes compile a kernel when it is first launched."""
         height, width = self.rasterizer.size
         outline = [circle((width / 2, height / 2), min(height, width) / 4, 4)]
         disc = Drawing.from_outlines([outline], (0, 0, 0, 1), self.rasterizer.size)
@@ -106,7 +106,7 @@ class Run:
 
     @contextlib.contextmanager
     def all_or_nothing(self) -> Iterator[None]:
-        """Return the state to what it was if what is done within does not come to its end."""
+        """Context manager: restore the state if the block is left by an exception."""
         before = self.state.copy()
         try:
             yield
@@ -146,7 +146,7 @@ class Run:
         return loss
 
     def end(self) -> bool:
-        """End the phase under way and go on to the next; return whether what it trained is kept."""
+        """End the phase under way and go on to the next; return whether its drawing is kept."""
         phase, state, options = self.phase, self.state, self.state.options
         if phase is None:
             raise ValueError("end: the run is finished")

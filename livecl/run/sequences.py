@@ -27,7 +27,7 @@ REFINING_RATE = 0.5
 #: Iterations for each picture but the first, as a multiple of those of a stage: layers that are there already are all
 #: that a picture has, where a run by itself has several stages and revisions.
 REFINING_STAGES = 2
-#: Error from which on paths may be added: so many of the first picture's, and so much above it.
+#: Error above which paths may be added: a multiple of the first picture's, and a least difference to it.
 POOR_RATIO, POOR_RISE = 1.2, 1e-5
 #: Share of the error that may be left for added paths to stay.
 GOOD_RATIO = 0.8

@@ -18,7 +18,7 @@ from livecl.training.adam import Adam
 
 Arrays = dict[str, Any]
 
-#: What reading a file may raise that is missing, cut, changed or another's.
+#: Exceptions of reading a missing, truncated, changed or foreign file.
 UNREADABLE = (
     OSError,
     LookupError,

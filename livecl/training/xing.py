@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 
 #: Handles shorter than this, px, have no direction: they cost nothing and get no gradient.
-SHORTEST_HANDLE = 1e-3
+MIN_HANDLE = 1e-3
 
 
 def xing_loss(cubics: ArrayLike) -> tuple[float, FloatArray]:
@@ -50,7 +50,7 @@ def xing_loss(cubics: ArrayLike) -> tuple[float, FloatArray]:
         return 0.0, d_points.view(np.float64).reshape(-1, 4, 2)
     ab, cd, sign = ab[rows], cd[rows], np.where(turn[rows] > 0, -1.0, 1.0)
     ab_length, cd_length = np.abs(ab), np.abs(cd)
-    factor = np.where(np.minimum(ab_length, cd_length) >= SHORTEST_HANDLE, sign / len(points), 0.0)
+    factor = np.where(np.minimum(ab_length, cd_length) >= MIN_HANDLE, sign / len(points), 0.0)
     u, v = ab / ab_length, cd / cd_length
     d2 = (u.conj() * v).imag
     d_ab = factor / ab_length * (-1j * v - d2 * u)

@@ -20,7 +20,7 @@ class LiveView:
     """Shows the drawing of a run as SVG in a notebook, and renews it in place: pass it as `on_step`.
 
     As a context manager it also makes an interrupt (the notebook's stop button, Ctrl-C) end the run after the step that
-    is under way, so that :func:`livecl.vectorize` returns what there is; a second one interrupts at once::
+    is under way, so that :func:`livecl.vectorize` returns the drawing so far; a second one interrupts at once::
 
         with LiveView() as view:
             result = livecl.vectorize(image, paths=8, on_step=view)

@@ -10,7 +10,7 @@ import renew_golden
 from support import golden_set
 
 #: Largest folder of golden numbers, bytes.
-MOST_BYTES = 100_000
+MAX_BYTES = 100_000
 
 
 @pytest.mark.slow
@@ -26,7 +26,7 @@ def test_numbers_are_as_they_were(kind: str, device: int) -> None:
 
 
 def test_the_set_is_small() -> None:
-    assert golden_set.FILE.stat().st_size < MOST_BYTES
+    assert golden_set.FILE.stat().st_size < MAX_BYTES
 
 
 def test_a_change_is_seen() -> None:

@@ -15,12 +15,12 @@ import pytest
 
 SCRIPT = Path(__file__).resolve().parents[1] / "support" / "long_runs.py"
 #: Bytes of the smallest block that malloc gives out on 64 bits: what a leak costs at least each time.
-SMALLEST_BLOCK = 32
+MIN_BLOCK = 32
 #: Memory that the heap may grow by when nothing leaks, as freed blocks of other sizes lie in between.
 SLACK = 1 << 20
 #: One part of a run may take so much more processor time than another: outlines grow, and machines are shared. Were
 #: each iteration to look at all those before, the last tenth would take nineteen times as long as the first.
-MOST_SLOWDOWN = 2.0
+MAX_SLOWDOWN = 2.0
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="memory is read from /proc")
 
@@ -50,22 +50,22 @@ def slowdown(rows: list[dict[str, Any]]) -> float:
 @pytest.mark.full
 def test_a_hundred_thousand_iterations() -> None:
     rows = long_run("steps", 100_000)
-    assert growth(rows) < 90_000 * SMALLEST_BLOCK, "a block is lost each iteration"
-    assert slowdown(rows) < MOST_SLOWDOWN
+    assert growth(rows) < 90_000 * MIN_BLOCK, "a block is lost each iteration"
+    assert slowdown(rows) < MAX_SLOWDOWN
 
 
 @pytest.mark.full
 def test_three_hundred_runs() -> None:
     rows = long_run("calls", 300)
     assert growth(rows) < SLACK, "270 runs lose 4 kB each"
-    assert slowdown(rows) < MOST_SLOWDOWN
+    assert slowdown(rows) < MAX_SLOWDOWN
 
 
 @pytest.mark.full
 def test_a_thousand_rasterizers() -> None:
     rows = long_run("rasterizers", 1000)
     assert growth(rows) < SLACK, "900 rasterizers lose 1 kB each; the smallest has buffers of 10 kB"
-    assert slowdown(rows) < MOST_SLOWDOWN
+    assert slowdown(rows) < MAX_SLOWDOWN
 
 
 @pytest.mark.slow

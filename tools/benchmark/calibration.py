@@ -32,7 +32,7 @@ SUMS, LANES, ROUNDS = 2, 8, 4096
 #: Work-items for each compute unit, on a CPU and elsewhere; work-items in a group.
 ITEMS, LOCAL = {True: 128, False: 1024}, {True: 1, False: 32}
 #: Repeats are made until this many seconds are over, within these numbers.
-SECONDS, FEWEST, MOST = 2.0, 3, 1000
+SECONDS, MIN_SAMPLES, MAX_SAMPLES = 2.0, 3, 1000
 #: Seconds between two looks at the machine's rate.
 BLOCK = 0.03
 
@@ -109,8 +109,8 @@ def repeated(work: Callable[[], float | None], rate: Callable[[], float], repeat
     found = Repeats()
     start = time.perf_counter()
     before, in_block, block_start = rate(), 0, start
-    while len(found.seconds) < (MOST if repeats is None else repeats):
-        if repeats is None and len(found.seconds) >= FEWEST and time.perf_counter() - start > SECONDS:
+    while len(found.seconds) < (MAX_SAMPLES if repeats is None else repeats):
+        if repeats is None and len(found.seconds) >= MIN_SAMPLES and time.perf_counter() - start > SECONDS:
             break
         begin = time.perf_counter()
         own = work()

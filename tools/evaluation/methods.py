@@ -9,7 +9,7 @@ import re
 from typing import Any
 
 from livecl.options import PRESETS, Options
-from livecl.schedule import MOST_PER_STAGE
+from livecl.schedule import MAX_PER_STAGE
 
 #: The preset that stands for VTracer; the others are those of livecl.
 VTRACER = "vtracer"
@@ -142,7 +142,7 @@ def schedule_through(counts: tuple[int, ...]) -> tuple[int, ...]:
             stages.append(min(ideal, count - total))
             total += stages[-1]
             if stages[-1] == ideal:
-                ideal = min(2 * ideal, MOST_PER_STAGE)
+                ideal = min(2 * ideal, MAX_PER_STAGE)
     return tuple(stages)
 
 

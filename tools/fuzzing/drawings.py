@@ -24,9 +24,9 @@ from livecl.rendering.rasterizer import TOLERANCE, Rasterizer
 #: Height and width of the canvases: a rasterizer is built once for each.
 SIZES = ((1, 1), (1, 9), (9, 1), (8, 8), (16, 17), (33, 20), (3, 300), (300, 3))
 #: Most lines times pixels that the reference is asked for.
-MOST_WORK = 300_000
+MAX_WORK = 300_000
 #: Further than this from the canvas, px, positions are rounded to more than 1e-4 px in float32, and are not compared.
-MOST_REACH = 1000.0
+MAX_REACH = 1000.0
 ODD_NUMBERS = (
     *(0.0, -0.0, 1e-300, 1e-30, 1e-9, 0.5, 1.0, 8.0, MAX_COORDINATE, -MAX_COORDINATE, 1e6 + 1, 1e9, 1e308),
     *(math.nan, math.inf, -math.inf),
@@ -140,7 +140,7 @@ def _compared(drawing: Drawing, image: np.ndarray) -> str:
     """Compare an image with the reference, where that is quick and the positions are near enough to be held."""
     pieces = pieces_for(drawing.cubics, TOLERANCE)
     work = int(pieces.sum()) * drawing.size[0] * drawing.size[1]
-    if work > MOST_WORK or (drawing.num_segments and np.abs(drawing.points).max() > MOST_REACH):
+    if work > MAX_WORK or (drawing.num_segments and np.abs(drawing.points).max() > MAX_REACH):
         return "not compared"
     error = float(np.max(np.abs(image - reference.render(drawing, pieces))))
     most = image_tolerance(drawing, pieces)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 #: Numbers at which programs go wrong.
 EDGES = (0, 1, 2, 7, 8, 16, 127, 128, 255, 256, 32767, 32768, 65535, 65536, 2**24, 2**31 - 1, 2**31, 2**32 - 1)
 #: Most changes of one input.
-MOST_CHANGES = 6
+MAX_CHANGES = 6
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _PNG_CHUNKS = (b"IHDR", b"PLTE", b"tRNS", b"gAMA", b"sRGB", b"iCCP", b"eXIf", b"IDAT", b"acTL", b"fcTL", b"fdAT")
 
@@ -31,7 +31,7 @@ def mutated(rng: random.Random, data: bytes, others: Sequence[bytes]) -> bytes:
     """
     if data.startswith(PNG_SIGNATURE) and rng.random() < 0.5:
         return _mutated_png(rng, data)
-    for _ in range(rng.randint(1, MOST_CHANGES)):
+    for _ in range(rng.randint(1, MAX_CHANGES)):
         if not data:
             break
         change = rng.choice((*_CHANGES, None))

@@ -23,7 +23,7 @@ from hypothesis.errors import Flaky
 from fuzzing.kind import Kind
 
 #: Length of a finding's text.
-MOST_CHARACTERS = 300
+MAX_CHARACTERS = 300
 
 
 @dataclasses.dataclass(frozen=True)
@@ -134,7 +134,7 @@ def described(error: BaseException) -> tuple[str, str]:
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if "livecl" in Path(frame.filename).parts] or frames
     place = f"{Path(own[-1].filename).name}:{own[-1].lineno}"
-    return f"{type(error).__name__} at {place}", " ".join(f"{type(error).__name__}: {error}".split())[:MOST_CHARACTERS]
+    return f"{type(error).__name__} at {place}", " ".join(f"{type(error).__name__}: {error}".split())[:MAX_CHARACTERS]
 
 
 def _stop(*_: Any) -> None:

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzzing.kind import Kind
-from fuzzing.search import MOST_CHARACTERS, Finding, Search
+from fuzzing.search import MAX_CHARACTERS, Finding, Search
 
 #: Counts of the cases that went well, and the findings by their places.
 Outcome = tuple[collections.Counter[str], dict[str, Finding]]
@@ -77,7 +77,7 @@ def _watched(module: str, seed: int, cases: int, folder: Path) -> tuple[Outcome 
     reason = "hangs in native code" if hangs else f"worker ended with code {process.exitcode}"
     lines = (folder / "crash").read_text(encoding="utf-8").splitlines()
     trace = [line.strip() for line in lines if line.lstrip().startswith("File")][:1]
-    return outcome, f"{reason}; {' '.join(trace)}"[:MOST_CHARACTERS], max(number.value, 1)
+    return outcome, f"{reason}; {' '.join(trace)}"[:MAX_CHARACTERS], max(number.value, 1)
 
 
 def _work(module: str, seed: int, cases: int, folder: Path, number: Any, pipe: Connection) -> None:

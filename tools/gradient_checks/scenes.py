@@ -16,7 +16,7 @@ SIZES = ((16, 16), (24, 31), (13, 7), (1, 1), (1, 41), (33, 50), (64, 48))
 #: Most drawings have few layers; some have more than a run of the compositing kernel (32) holds.
 FEW_LAYERS, MANY_LAYERS, MANY_SHARE = 7, 48, 0.03
 #: Largest number of pieces of a segment.
-MOST_PIECES = 9
+MAX_PIECES = 9
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -48,7 +48,7 @@ def random_scene(seed: int, index: int) -> Scene:
     layers = [(_KINDS[kind](rng, size), _color(rng)) for kind in kinds]
     background = None if rng.uniform() < 0.35 else rng.uniform(size=3)
     drawing = drawings.build(layers, size, background)
-    case = drawings.varied_pieces(drawing, int(rng.integers(2**31)), MOST_PIECES)
+    case = drawings.varied_pieces(drawing, int(rng.integers(2**31)), MAX_PIECES)
     return Scene(case=case, kinds=kinds, on_borders=np.array([kind == "on borders" for kind in kinds]))
 
 
