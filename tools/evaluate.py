@@ -29,9 +29,9 @@ from evaluation.sheets import write_sheets
 from evaluation.tables import format_summary, write_results
 
 import livecl
+from livecl.image.source import SUFFIXES
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
-SUFFIXES = {".png", ".jpg", ".jpeg", ".webp", ".gif", ".bmp", ".tif", ".tiff"}
 
 EPILOG = f"""\
 methods: {", ".join(METHODS)}, and those defined by --method:

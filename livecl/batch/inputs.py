@@ -10,8 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-#: Endings of the files that are taken from folders; a file that is named itself may have any.
-SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".gif", ".webp", ".tif", ".tiff", ".bmp"})
+from livecl.image.source import SUFFIXES
 
 
 @dataclasses.dataclass(frozen=True)

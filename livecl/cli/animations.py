@@ -15,8 +15,8 @@ import livecl
 from livecl.cli.common import BadInputError, number
 from livecl.image.reading import save_image
 from livecl.svg.animated import save_animated_svg
-from livecl.views.films import SHORTEST_FRAME, save_gif
-from livecl.views.frames import render_frames
+from livecl.views.films import save_gif
+from livecl.views.frames import SHORTEST_FRAME, render_frames
 
 FORMATS = "OUT.svg: animated; OUT.gif; OUT.png: side by side; a folder: numbered SVGs"
 #: What lies between pictures that are side by side: px, and grey level.

@@ -21,9 +21,9 @@ from livecl.cli.common import (
     whole,
 )
 from livecl.cli.progress import PictureProgress
+from livecl.image.source import SUFFIXES
 from livecl.run.sequences import vectorize_sequence
 
-SUFFIXES = {".png", ".jpg", ".jpeg", ".webp", ".gif", ".bmp", ".tif", ".tiff"}
 COMMAND = "livecl-sequence"
 DESCRIPTION = """\
 Vectorize pictures that follow each other: each drawing starts from the one before, so layers keep their identity.

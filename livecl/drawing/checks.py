@@ -92,7 +92,8 @@ def python_number(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def check_number(name: str, value: float, least: float) -> None:
-    """Raise ValueError unless a number is finite and at least `least`."""
-    if not (math.isfinite(value) and value >= least):
-        raise ValueError(f"{name}: got {value!r}, wanted a finite number of at least {least:g}")
+def check_number(name: str, value: float, least: float, most: float = math.inf) -> None:
+    """Raise ValueError unless a number is finite, at least `least` and at most `most`."""
+    if not (math.isfinite(value) and least <= value <= most):
+        limit = "" if most == math.inf else f" and at most {most:g}"
+        raise ValueError(f"{name}: got {value!r}, wanted a finite number of at least {least:g}{limit}")

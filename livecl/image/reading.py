@@ -153,9 +153,13 @@ def over_background(image: ArrayLike, background: ArrayLike) -> FloatArray:
         raise ValueError(f"background: shape {ground.shape}, wanted (3,)")
     if pixels.shape[2] == 3:
         return np.array(pixels)
-    alpha = pixels[..., 3:]
-    composite: FloatArray = alpha * pixels[..., :3] + (1 - alpha) * ground
-    return composite
+    return over_ground(premultiplied(pixels), ground)
+
+
+def over_ground(image: NDArray[Any], ground: NDArray[Any]) -> FloatArray:
+    """Lay a picture over an opaque one: RGB as it is, of premultiplied RGBA p + (1 - a) g, (H, W, 3) float32."""
+    composite = image if image.shape[2] == 3 else image[..., :3] + (1 - image[..., 3:]) * ground
+    return np.asarray(composite, dtype=np.float32)
 
 
 def save_image(path: str | os.PathLike[str], image: ArrayLike) -> None:

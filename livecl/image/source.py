@@ -20,6 +20,8 @@ MAX_PIXELS = 89_000_000
 TOO_LARGE = f"more than {MAX_PIXELS // 1_000_000} million pixels; scale it down first"
 #: Largest file read, bytes: more than pictures of the most pixels have, in four numbers of 32 bits each.
 MAX_BYTES = 1_500_000_000
+#: Endings of the picture files that are taken from folders; a file that is named itself may have any.
+SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".gif", ".webp", ".tif", ".tiff", ".bmp"})
 ADVICE = "give a whole PNG, JPEG, GIF, WebP, TIFF or BMP file"
 _TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 

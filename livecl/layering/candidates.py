@@ -22,6 +22,7 @@ from livecl.layering.regions import Region, RegionFinder
 from livecl.layering.stack import WHOLE, Window, meet, window_of
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
+from livecl.training.step import OPAQUE_FROM
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -41,8 +42,8 @@ WORTH_TRAINING = 0.2
 #: What each segment beyond `segments` must add: a share of the error removed or, if that is less, a squared error: half
 #: of a pixel that is wrong in one channel.
 GAIN_PER_SEGMENT, SEGMENT_ERROR = 0.001, 0.5
-#: Alpha from which on paint starts opaque, and under which a region counts as clear: no paint makes a picture clearer.
-OPAQUE_FROM, CLEAR = 0.9, 0.02
+#: Alpha under which a region counts as clear: no paint makes a picture clearer.
+CLEAR = 0.02
 #: Holes of a region that are looked at.
 MAX_HOLES = 8
 

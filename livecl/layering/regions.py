@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.image.errors import visible_error
+from livecl.layering.neighbors import SAME_COLOR
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -26,8 +27,6 @@ TARGET_LEVELS = ((0.0, 4), (0.0, 8), (1.0, 8), (2.0, 6), (4.0, 6))
 DIFFERENCE_LEVELS, TRANSPARENT_LEVELS = (4, 8), (4, 8, 16, 32)
 #: Regions count as duplicates if gain and area differ by less than about 1 / `ALIKE`.
 ALIKE = 20
-#: Difference in any channel up to which two regions' mean colours count as the same.
-SAME_COLOR = 0.05
 #: Fewest pixels of a region.
 SMALLEST = 3
 

@@ -21,13 +21,12 @@ from livecl.layering.contributions import (
 )
 from livecl.layering.neighbors import flat_regions, mergeable_pairs
 from livecl.rendering.rasterizer import Rasterizer
+from livecl.training.step import OPAQUE_FROM
 
 #: Share of a layer's visible pixels from which on it lies in one region.
 ONE_REGION_SHARE = 0.85
 #: A layer is needless if the mean squared error rises by less without it.
 NEEDLESS_CHANGE = 1e-6
-#: Opacities above it, but below 1, are nearly opaque.
-NEARLY_OPAQUE = 0.9
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
@@ -120,7 +119,7 @@ def num_mergeable(num_layers: int, pairs: IntArray) -> int:
 def nearly_opaque(drawing: Drawing) -> BoolArray:
     """Return which layers are not quite opaque: (N,), those of an opacity above 0.9 and below 1."""
     opacity = drawing.colors[:, 3]
-    return (opacity > NEARLY_OPAQUE) & (opacity < 1)
+    return (opacity > OPAQUE_FROM) & (opacity < 1)
 
 
 def self_crossing(drawing: Drawing, area: float = CROSSING_AREA) -> NDArray[np.bool_]:

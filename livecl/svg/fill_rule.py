@@ -57,15 +57,10 @@ def _flattened(outline: list[FloatArray], tolerance: float) -> tuple[FloatArray,
     """Return the lines (L, 2, 2) that an outline is flattened into, in no order, and the subpath of each: (L,)."""
     cubics = np.concatenate(outline)
     subpaths = np.repeat(np.arange(len(outline)), [len(subpath) for subpath in outline])
-    pieces = np.minimum(bezier.pieces_for(cubics, tolerance), _MAX_LINES)
-    pieces = 1 << np.ceil(np.log2(pieces)).astype(np.int64)  # few different numbers: each is evaluated at once
-    lines, owners = [], []
-    for count in np.unique(pieces):
-        same = pieces == count
-        corners = bezier.evaluate(cubics[same], np.arange(count + 1) / count)
-        lines.append(np.stack([corners[:, :-1], corners[:, 1:]], axis=2).reshape(-1, 2, 2))
-        owners.append(np.repeat(subpaths[same], count))
-    return np.concatenate(lines), np.concatenate(owners)
+    lines = bezier.flatten(cubics, tolerance, _MAX_LINES)
+    last = np.diff(lines.segments, append=len(cubics)) > 0  # ends where its cubic does
+    ends = np.where(last[:, None], cubics[lines.segments, 3], np.roll(lines.corners, -1, axis=0))
+    return np.stack([lines.corners, ends], axis=1), subpaths[lines.segments]
 
 
 def _abscissae(lines: FloatArray, y: float) -> FloatArray:

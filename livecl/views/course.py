@@ -10,18 +10,17 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.checks import check_number
 from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
 from livecl.image.resizing import scaled
 from livecl.run.callbacks import OnStep, Step, tell_stage_end
 from livecl.run.result import Result
 from livecl.views.films import save_mp4
-from livecl.views.frames import encode_gif, render_frames
+from livecl.views.frames import LONGEST_HOLD, SHORTEST_FRAME, encode_gif, render_frames
 
 #: Longer side, px, that smaller drawings are enlarged to in a film, by a whole factor.
 LEAST_SIDE = 240
-#: A GIF's pictures are shown for hundredths of a second, of which browsers want two; and 16 bits count them.
-MAX_GIF_RATE, MAX_GIF_HOLD = 50, 600
 
 
 @dataclasses.dataclass(frozen=True)
@@ -139,10 +138,11 @@ class Course:
             If nothing has been kept, or a number is out of range.
         """
         drawings = self.drawings(step=step, result=result)
-        if not 0 < fps <= MAX_GIF_RATE:
-            raise ValueError(f"fps: got {fps!r}, wanted more than 0 and at most {MAX_GIF_RATE} pictures a second")
-        if not 0 <= hold <= MAX_GIF_HOLD:
-            raise ValueError(f"hold: got {hold!r}, wanted 0 to {MAX_GIF_HOLD} seconds")
+        if not 0 < fps <= 1 / SHORTEST_FRAME:
+            raise ValueError(
+                f"fps: got {fps!r}, wanted more than 0 and at most {1 / SHORTEST_FRAME:g} pictures a second"
+            )
+        check_number("hold", hold, 0, LONGEST_HOLD)
         pictures = list(_rendered(drawings, scale, device, progress))
         durations = [1 / fps] * len(pictures)
         durations[-1] += hold

@@ -16,12 +16,10 @@ from livecl.drawing.checks import check_number
 from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.files import write_atomically
-from livecl.views.frames import encode_gif, render_frames
+from livecl.views.frames import LONGEST_HOLD, SHORTEST_FRAME, encode_gif, render_frames
 
 #: x264's constant rate factor: 18 and less is taken for visually lossless.
 RATE_FACTOR = 18
-#: A GIF counts in hundredths of a second; browsers slow down frames shown for less than two of them.
-SHORTEST_FRAME = 0.02
 #: Longest time, s, that a film may stand still at its end.
 MAX_HOLD = 3600
 #: How RGB becomes luma and chroma, and that the file says so: players guess by the size otherwise, and differ.
@@ -144,8 +142,8 @@ def save_gif(
     ValueError
         If there are no drawings, their sizes differ, or a number is out of range.
     """
-    check_number("seconds_per_frame", seconds_per_frame, SHORTEST_FRAME)
-    check_number("hold", hold, 0)
+    check_number("seconds_per_frame", seconds_per_frame, SHORTEST_FRAME, LONGEST_HOLD)
+    check_number("hold", hold, 0, LONGEST_HOLD - seconds_per_frame)
     frames = list(render_frames(drawings, scale, device))
     durations = [seconds_per_frame] * len(frames)
     for end in {0, len(frames) - 1}:

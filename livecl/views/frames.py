@@ -14,11 +14,15 @@ from scipy.spatial import cKDTree
 
 from livecl.drawing.canvas import check_canvases
 from livecl.drawing.drawing import Drawing
+from livecl.image.reading import over_ground
 
 #: Colours that a GIF's palette holds.
 PALETTE = 256
 #: Pixels, of all frames together, that the palette of a GIF is made from.
 PALETTE_PIXELS = 1 << 20
+#: Shortest time, s, for which a GIF shows a picture, as browsers slow down shorter ones; and longest stand, as 16 bits
+#: count hundredths of a second.
+SHORTEST_FRAME, LONGEST_HOLD = 0.02, 600
 #: Pixels of a scaled canvas, at most.
 MAX_PIXELS = 1 << 26
 
@@ -61,7 +65,7 @@ def render_frames(
     for drawing in drawings:
         fills = drawing.fills.stretched(stretch)
         image = rasterizer.forward(drawing.replace(points=drawing.points * stretch, size=size, fills=fills))
-        yield image if image.shape[2] == 3 else image[..., :3] + (1 - image[..., 3:])
+        yield over_ground(image, np.ones(3, np.float32))
 
 
 def encode_gif(frames: Sequence[NDArray[Any]], durations: Sequence[float]) -> bytes:

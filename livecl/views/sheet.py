@@ -16,7 +16,7 @@ from PIL import Image, ImageDraw, ImageFont
 from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.files import write_atomically
-from livecl.image.reading import as_image, premultiplied, save_image
+from livecl.image.reading import as_image, over_ground, premultiplied, save_image
 from livecl.image.resizing import scaled
 from livecl.run.result import Result
 
@@ -171,8 +171,7 @@ def over_checkerboard(image: ArrayLike) -> FloatArray:
         return pixels
     rows, columns = np.indices(pixels.shape[:2]) // SQUARE
     ground = np.where((rows + columns) % 2, CHECKERBOARD[1], CHECKERBOARD[0])[..., None]
-    over: FloatArray = (pixels[..., :3] + (1 - pixels[..., 3:]) * ground).astype(np.float32)
-    return over
+    return over_ground(pixels, ground)
 
 
 def count_of(count: int, noun: str) -> str:

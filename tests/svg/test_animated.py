@@ -188,6 +188,8 @@ def test_frames_refuse(tmp_path: Path) -> None:
             next(render_frames([square(4)], scale))
     with pytest.raises(ValueError, match="seconds_per_frame: got 0"):
         save_gif(tmp_path / "out.gif", [square(4)], seconds_per_frame=0)
+    with pytest.raises(ValueError, match="hold: got 1000, wanted a finite number of at least 0 and at most 599"):
+        save_gif(tmp_path / "out.gif", [square(4)], hold=1000)  # more hundredths than a GIF can count
     with pytest.raises(ValueError, match="drawings: got none"):
         save_gif(tmp_path / "out.gif", [])
     assert not list(tmp_path.iterdir())
