@@ -133,12 +133,12 @@ def test_first_anchor_can_be_any(rasterizer_for: RasterizerFor, dtype: type) -> 
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_coverage_sums_to_area(rasterizer_for: RasterizerFor, dtype: type) -> None:
     # Straight sides, so that the area is known: 4 * 7.5^2 / 2 for the diamond, base times height of the parallelogram.
-    shapes = [
+    cases = [
         (drawings.polygon([(10.3, 2.6), (17.8, 10.1), (10.3, 17.6), (2.8, 10.1)]), 2 * 7.5**2),
         (drawings.polygon([(3.2, 4.7), (13.7, 4.7), (16.9, 15.3), (6.4, 15.3)]), 10.5 * 10.6),
         (drawings.rectangle(1.1, 2.2, 18.7, 19.3), 17.6 * 17.1),
     ]
-    for path, area in shapes:
+    for path, area in cases:
         case = drawings.straight(drawings.build([([path], shapes.WHITE)], (21, 20), (0, 0, 0)), 3)
         found = rasterizer_for((21, 20), dtype).forward(case.drawing, pieces=case.pieces)[..., 0].sum(dtype=np.float64)
         crossed = 80  # pixels on the outline, at most; the others are exactly 0 or 1

@@ -10,7 +10,7 @@ from pathlib import Path
 import compare_svg
 import numpy as np
 import pytest
-from support import chromium, drawings
+from support import chromium, shapes
 
 import livecl
 from livecl import Drawing, Options
@@ -21,14 +21,14 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def sample() -> Drawing:
     """Return a ring, translucent and overlapping layers, of three stages; one with a name that needs escaping."""
-    ring = [drawings.circle((120, 110), 70), drawings.reverse(drawings.circle((126, 118), 35))]
+    ring = [shapes.circle((120, 110), 70), shapes.reverse(shapes.circle((126, 118), 35))]
     layers = [
         (ring, (0.1, 0.4, 0.8, 1.0)),
-        ([drawings.circle((80, 150), 55)], (0.9, 0.3, 0.1, 128 / 255)),
-        ([drawings.rectangle(20.5, 30.25, 150, 60)], (0.2, 0.7, 0.3, 1.0)),
-        ([drawings.blob(5, (170, 180), 40)], (0.6, 0.2, 0.7, 200 / 255)),
+        ([shapes.circle((80, 150), 55)], (0.9, 0.3, 0.1, 128 / 255)),
+        ([shapes.rectangle(20.5, 30.25, 150, 60)], (0.2, 0.7, 0.3, 1.0)),
+        ([shapes.blob(5, (170, 180), 40)], (0.6, 0.2, 0.7, 200 / 255)),
     ]
-    drawing = drawings.build(layers, (240, 240), (0.9, 0.9, 0.8))
+    drawing = shapes.build(layers, (240, 240), (0.9, 0.9, 0.8))
     return quantize(drawing.replace(stages=[0, 1, 1, 0], names=["", "", "a <b> & \"c\" 'd'", ""]))
 
 
