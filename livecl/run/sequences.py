@@ -15,11 +15,13 @@ from livecl.drawing.drawing import Drawing, concatenate
 from livecl.errors import check_type
 from livecl.image.background import NONE
 from livecl.image.reading import Picture, as_image
+from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.interpolation.blending import collapsed
 from livecl.options import WANTED_OPTIONS, Options
 from livecl.run.hints import with_hints
 from livecl.run.result import Result
 from livecl.run.vectorization import vectorize_pixels
+from livecl.svg import quantize
 
 #: Share of the learning rate of points that is left where they start near their places: they slide along outlines less,
 #: and end at lower errors.
@@ -68,6 +70,7 @@ def vectorize_sequence(
     seed: int = 0,
     start: Drawing | None = None,
     on_frame: Callable[[int, Result], bool | None] | None = None,
+    size: int = DEFAULT_SIZE,
 ) -> SequenceResult:
     """Turn pictures that follow each other into drawings, each of which starts from the one before.
 
@@ -90,6 +93,9 @@ def vectorize_sequence(
         Drawing that the first picture starts from.
     on_frame : callable, optional
         Called with the number, from 0 on, and the result of each picture; where it returns true the sequence ends.
+    size : int
+        Larger pictures are reduced to as many pixels as a square of this side, px, has; 0 to work on all pixels. The
+        drawings have the pictures' own coordinates all the same.
 
     Returns
     -------
@@ -104,19 +110,27 @@ def vectorize_sequence(
     """
     options = Options() if options is None else options
     check_type("options", options, Options, WANTED_OPTIONS)
-    paths, seed, add_paths, refine_iterations = map(python_number, (paths, seed, add_paths, refine_iterations))
+    paths, seed, add_paths, size = map(python_number, (paths, seed, add_paths, size))
+    refine_iterations = python_number(refine_iterations)
     if isinstance(add_paths, bool) or not isinstance(add_paths, int) or add_paths < 0:
         raise ValueError(f"add_paths: got {add_paths!r}, wanted a whole number of at least 0")
     if refine_iterations is None:
         refine_iterations = REFINING_STAGES * options.iterations
     refining = _refining(options, refine_iterations)
     results: list[Result] = []
+    canvas = (0, 0)
     for index, image in enumerate(images):
-        target = as_image(image)
+        pixels = as_image(image)
+        if not results:
+            canvas = pixels.shape[0], pixels.shape[1]
+            if start is not None and start.size != canvas:
+                raise ValueError(f"start: a canvas of {start.size} px, wanted the pictures' {canvas}")
+        elif pixels.shape[:2] != canvas:
+            raise ValueError(f"images: {index} is of {pixels.shape[:2]} px, wanted {canvas} as 0 has")
+        smaller = working_size(canvas, size)
+        target = reduced(pixels, smaller)
         if results:
             before = results[-1].drawing
-            if target.shape[:2] != before.size:
-                raise ValueError(f"images: {index} is of {target.shape[:2]} px, wanted {before.size} as 0 has")
             if before.background is None:
                 refining = dataclasses.replace(refining, background=NONE)
             result = vectorize_pixels(target, options=refining, device=device, seed=seed, start=before)
@@ -125,21 +139,39 @@ def vectorize_sequence(
                 result = _with_paths_added(result, target, str(add_paths), refining, options.prune, device, seed)
         else:
             result = vectorize_pixels(
-                target, paths=paths, schedule=schedule, options=options, device=device, seed=seed, start=start
+                target,
+                paths=paths,
+                schedule=schedule,
+                options=options,
+                device=device,
+                seed=seed,
+                start=None if start is None else scaled(start, smaller),
             )
             if not result.drawing.num_layers:
                 raise ValueError("images: 0 is of the background's colour all over, so there is no layer to go on with")
         results.append(result)
-        if on_frame is not None and on_frame(index, result):
+        if on_frame is not None and on_frame(index, _enlarged(result, canvas)):
             break
     if not results:
         raise ValueError("images: got none, wanted at least one")
     return SequenceResult(
-        drawings=_padded([result.drawing for result in results]),
+        drawings=tuple(_on_canvas(drawing, canvas) for drawing in _padded([result.drawing for result in results])),
         mse=tuple(result.mse for result in results),
         seconds=tuple(result.seconds for result in results),
         device=results[0].device,
     )
+
+
+def _enlarged(result: Result, canvas: tuple[int, int]) -> Result:
+    """Return a result whose drawings are on the pictures' canvas; its errors are those on the pixels worked on."""
+    stages = tuple(dataclasses.replace(stage, drawing=_on_canvas(stage.drawing, canvas)) for stage in result.stages)
+    drawing = _on_canvas(result.drawing, canvas)
+    return dataclasses.replace(result, drawing=drawing, stages=stages, working_size=result.drawing.size)
+
+
+def _on_canvas(drawing: Drawing, canvas: tuple[int, int]) -> Drawing:
+    """Return a drawing stretched to a canvas, with coordinates as they are saved."""
+    return drawing if drawing.size == canvas else quantize(scaled(drawing, canvas))
 
 
 def _refining(options: Options, iterations: int) -> Options:

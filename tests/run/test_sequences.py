@@ -177,3 +177,22 @@ def test_refusals(device: int) -> None:
     for add_paths in (-1, True, 1.5):
         with pytest.raises(ValueError, match="add_paths: got"):
             vectorize_sequence([frame(0, device)], add_paths=add_paths, device=device)
+
+
+def test_large_pictures_are_worked_on_smaller() -> None:
+    image = np.ones((60, 90, 3), np.float32)
+    image[20:40, 30:60] = (0.9, 0.1, 0.2)
+    sizes: list[object] = []
+
+    def seen(_: int, result: livecl.Result) -> None:
+        sizes.append((result.drawing.size, result.working_size))
+
+    options = livecl.Options(iterations=5, revisions=0)
+    frames = [image, np.roll(image, 3, axis=1)]
+    result = livecl.vectorize_sequence(frames, paths=1, options=options, size=30, on_frame=seen)
+    assert sizes == [((60, 90), (24, 37))] * 2
+    for drawing, left in zip(result.drawings, (30, 33), strict=True):
+        assert drawing.size == (60, 90)
+        np.testing.assert_allclose(drawing.points[:, 0].min(axis=0), (left, 20), atol=3)
+    with pytest.raises(ValueError, match=r"^images: 1 is of \(30, 45\) px, wanted \(60, 90\)"):
+        livecl.vectorize_sequence([image, image[::2, ::2]], paths=1, options=options, size=30)
