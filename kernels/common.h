@@ -77,7 +77,7 @@ inline real sum_lanes(realv v)
     return quarter_sum.x + quarter_sum.y;
 }
 
-// Layout of `params`: background (4), colours (N, 4), points (M, 3, 2). Layout of `result`: loss and d_background (1 + 3),
+// Layout of `params`: background (3), where the fills begin (1), colours (N, 4), points (M, 3, 2), fills (fill.h). Layout of `result`: loss and d_background (1 + 3),
 // d_colors (N, 4), d_cubics (M, 4, 2).
 inline __global const real *params_color(__global const real *params, int layer) { return params + 4 + 4 * layer; }
 inline __global const real *params_points(__global const real *params, int num_layers, int segment)

@@ -107,12 +107,18 @@ inline int objective_counts(const Objective *objective)
 }
 
 // No gradient for the layers of the spans from `begin` to before `end`: hidden ones, or all where nothing counts.
-inline void clear_layers(Site site, int begin, int end, __global realv *d_coverage, __global real4 *d_colors)
+inline void clear_layers(Site site, int begin, int end, __global realv *d_coverage, __global real4 *d_colors,
+                         __global real *d_fills)
 {
     for (int k = begin; k < end; k++) {
         int index = site_tile(site, k);
         if (index < 0) continue;
         d_colors[index] = 0;
+#if FILLS
+        int num_reals = record_reals(site.params);
+        if (is_gradient(site.params, span_layer(site.spans[k])))
+            for (int i = 0; i < num_reals; i++) d_fills[index * num_reals + i] = 0;
+#endif
         if (site.tile_state[index] == EDGE)
             for (int i = 0; i < TILE; i++) d_coverage[index * TILE + i] = 0;
     }
@@ -145,19 +151,22 @@ inline Color kept_color(const Stack *stack, int column, __global const realv *d_
 // Run after run, the topmost first: what its layers cover is found from the colour kept below it, and the gradient goes on
 // down from where the layers above left it.
 inline void tile_backward(Site site, int bottom, const Objective *objective, __global realv *d_coverage, __global real4 *d_colors,
-                          __global real *d_tile)
+                          __global real *d_fills, __global real *d_tile)
 {
     if (!objective_counts(objective)) {
-        clear_layers(site, bottom, site.last, d_coverage, d_colors);
+        clear_layers(site, bottom, site.last, d_coverage, d_colors, d_fills);
         for (int i = 0; i < 4; i++) d_tile[i] = 0;
         return;
     }
-    clear_layers(site, bottom, site.first, d_coverage, d_colors);
+    clear_layers(site, bottom, site.first, d_coverage, d_colors, d_fills);
     int step = site.edges ? 1 : TILE;  // columns that share one colour
     if (site.num_layers > DEPTH) keep_colors(site, step, d_coverage);
     Stack stack;
     Color below[DEPTH], d_color[DEPTH], g[TILE];
     realv d_opacity[DEPTH], loss = 0;
+#if FILLS
+    realv d_paint[DEPTH][TILE][4];
+#endif
     int span = site.last, lower = site.num_layers;
     do {
         int topmost = lower == site.num_layers, count = min(lower, DEPTH);
@@ -176,9 +185,21 @@ inline void tile_backward(Site site, int bottom, const Objective *objective, __g
                 for (int i = column; i < column + step; i++) objective_at(objective, i, color, gradient, &loss);
             }
             for (int k = DEPTH - 1; k >= stack.begin; k--) {
-                __global const real *rgba = params_color(site.params, stack.layer[k]);
                 int index = stack.tile[k];
                 realv coverage = site_coverage(site, index, column);
+#if FILLS
+                if (is_gradient(site.params, stack.layer[k])) {
+                    Paint paint = layer_paint(site, stack.layer[k], column);
+                    Color d_here;
+                    for (int i = 0; i < CHANNELS; i++) d_here.c[i] = 0;
+                    realv d_alpha = over_backward(gradient, paint.color, below[k], paint.opacity * coverage, &d_here);
+                    for (int i = 0; i < 3; i++) d_paint[k][column][i] = d_here.c[i];
+                    d_paint[k][column][3] = coverage * d_alpha;
+                    if (site.tile_state[index] == EDGE) d_coverage[index * TILE + column] = paint.opacity * d_alpha;
+                    continue;
+                }
+#endif
+                __global const real *rgba = params_color(site.params, stack.layer[k]);
                 realv d_a = over_backward(gradient, splat_color(rgba), below[k], rgba[3] * coverage, &d_color[k]);
                 d_opacity[k] += coverage * d_a;
                 if (site.tile_state[index] == EDGE) d_coverage[index * TILE + column] = rgba[3] * d_a;
@@ -187,6 +208,13 @@ inline void tile_backward(Site site, int bottom, const Objective *objective, __g
         for (int k = stack.begin; k < DEPTH; k++)
             d_colors[stack.tile[k]] = (real4)(sum_lanes(d_color[k].c[0]), sum_lanes(d_color[k].c[1]),
                                               sum_lanes(d_color[k].c[2]), sum_lanes(d_opacity[k]));
+#if FILLS
+        int num_reals = record_reals(site.params);
+        for (int k = stack.begin; k < DEPTH; k++)
+            if (is_gradient(site.params, stack.layer[k]))
+                fill_backward(site.params, layer_fill(site.params, stack.layer[k]), site_x(site, 0), site_y(site),
+                              d_paint[k], d_fills + stack.tile[k] * num_reals);
+#endif
     } while (lower > 0);
     d_tile[0] = sum_lanes(loss);
     for (int i = 0; i < 3; i++) {
@@ -202,17 +230,19 @@ inline void tile_backward(Site site, int bottom, const Objective *objective, __g
 //
 // params, spans, strip_offsets, tile_state, area  in, as in composite_forward       d_image  (CHANNELS, plane)  in
 // d_coverage  (num_tiles, TILE)  out, in EDGE tiles        d_colors  (num_tiles,)  out, dL/d(r, g, b, opacity) of the tile
+// d_fills  (num_tiles, reals of a record)  out, of layers with a gradient, as fill.h says
 // d_tiles  (num_strips * num_tiles, 4)  out: 0, dL/dbackground of the tile
 __kernel void composite_backward(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
                                  __global const int *strip_offsets, __global const int *tile_state,
                                  __global const realv *area, __global const realv *d_image,
-                                 __global realv *d_coverage, __global real4 *d_colors, __global real *d_tiles)
+                                 __global realv *d_coverage, __global real4 *d_colors,
+                                 __global real *d_fills, __global real *d_tiles)
 {
     int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
     if (strip >= band.w) return;
     Site site = site_at(params, spans, strip_offsets, tile_state, area, strip, tile, 2);
     Objective objective = objective_of(d_image, 0, num_strips, num_tiles, strip, tile);
-    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
+    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_fills, d_tiles + 4 * id);
 }
 
 // Forward, weighted squared error and backward at once, the image never leaving the work-item.
@@ -222,14 +252,15 @@ __kernel void composite_loss(int4 band, int num_strips, int num_tiles, __global 
                              __global const int *strip_offsets, __global const int *tile_state,
                              __global const realv *area, __global const realv *target,
                              __global const realv *weight, real scale, __global realv *d_coverage,
-                             __global real4 *d_colors, __global real *d_tiles)
+                             __global real4 *d_colors,
+                             __global real *d_fills, __global real *d_tiles)
 {
     int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
     if (strip >= band.w) return;
     Site site = site_at(params, spans, strip_offsets, tile_state, area, strip, tile, 2);
     Objective objective = objective_of(0, target, num_strips, num_tiles, strip, tile);
     for (int i = 0; i < TILE; i++) objective.weight[i] = scale * weight[objective.row + i];
-    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
+    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_fills, d_tiles + 4 * id);
 }
 
 // The same under the distance weight, which is found here, from the weights of each layer by distance.cl.
@@ -241,7 +272,8 @@ __kernel void composite_distance_loss(int4 band, int num_strips, int num_tiles, 
                                       __global const int4 *distance_spans, __global const int *distance_strip_offsets,
                                       __global const int *near, __global const realv *closeness,
                                       __global const real *factors, __global const realv *target, real scale,
-                                      __global realv *d_coverage, __global real4 *d_colors, __global real *d_tiles)
+                                      __global realv *d_coverage, __global real4 *d_colors,
+                                      __global real *d_fills, __global real *d_tiles)
 {
     int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
     if (strip >= band.w) return;
@@ -252,5 +284,5 @@ __kernel void composite_distance_loss(int4 band, int num_strips, int num_tiles, 
         if (index < 0) continue;
         add_weight(scale * factors[span_layer(distance_spans[k])], closeness + index * TILE, objective.weight);
     }
-    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_tiles + 4 * id);
+    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_fills, d_tiles + 4 * id);
 }

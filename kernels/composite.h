@@ -41,6 +41,8 @@ inline Color background_color(__global const real *params)
     return color;
 }
 
+#include "fill.h"
+
 typedef struct {
     __global const real *params;
     __global const int4 *spans;
@@ -50,7 +52,8 @@ typedef struct {
     int first, last;  // spans of the strip that count
     int covered;      // nothing below `first` shows: the lowest layer that counts is opaque all over the tile
     int num_layers;   // how many of these spans' layers are there
-    int edges;        // whether an outline passes among them
+    int edges;        // whether an outline passes among them, or a gradient fills one
+    int strip;
 } Site;
 
 // Index of a span's tile at the site, or -1 where the layer is not there.
@@ -67,12 +70,15 @@ inline int site_tile(Site site, int span_id)
 inline Site site_at(__global const real *params, __global const int4 *spans, __global const int *strip_offsets,
                     __global const int *tile_state, __global const realv *area, int strip, int tile, int num_opaque)
 {
-    Site site = {params, spans, tile_state, area, tile, strip_offsets[strip], strip_offsets[strip + 1], 0, 0, 0};
+    Site site = {params, spans, tile_state, area, tile, strip_offsets[strip], strip_offsets[strip + 1], 0, 0, 0, strip};
     for (int k = site.last - 1; k >= site.first; k--) {
         int index = site_tile(site, k);
         if (index < 0) continue;
         site.num_layers++;
         site.edges |= tile_state[index] == EDGE;
+#if FILLS
+        site.edges |= is_gradient(params, span_layer(spans[k]));
+#endif
         if (tile_state[index] == EDGE || params_color(params, span_layer(spans[k]))[3] != 1) continue;
         if (--num_opaque == 0) {
             site.first = k;
@@ -125,12 +131,32 @@ inline realv site_coverage(Site site, int tile, int column)
     return LESSER(size, (realv)1);
 }
 
+#if FILLS
+// Pixel centres of a tile's column.
+inline real site_x(Site site, int column) { return (real)(site.tile * TILE + column) + (real)0.5; }
+inline realv site_y(Site site) { return lane_rows() + ((real)(site.strip * LANES) + (real)0.5); }
+
+inline Paint layer_paint(Site site, int layer, int column)
+{
+    __global const real *fill = layer_fill(site.params, layer);
+    if (fill[0] != 0) return fill_paint(site.params, fill, fill_place(fill, site_x(site, column), site_y(site)).t);
+    __global const real *rgba = params_color(site.params, layer);
+    Paint paint = {splat_color(rgba), (realv)rgba[3]};
+    return paint;
+}
+#endif
+
 // Composite the stack over `color` in one column of the tile; `below` (may be null) receives what each layer covers.
 inline void stack_forward(Site site, const Stack *stack, int column, Color *color, Color *below)
 {
     for (int i = stack->begin; i < DEPTH; i++) {
-        __global const real *rgba = params_color(site.params, stack->layer[i]);
         if (below) below[i] = *color;
+#if FILLS
+        Paint paint = layer_paint(site, stack->layer[i], column);
+        over_forward(color, paint.color, paint.opacity * site_coverage(site, stack->tile[i], column));
+#else
+        __global const real *rgba = params_color(site.params, stack->layer[i]);
         over_forward(color, splat_color(rgba), rgba[3] * site_coverage(site, stack->tile[i], column));
+#endif
     }
 }

@@ -2,6 +2,7 @@
 // Reduce: the partial sums of the tiles, added in a fixed order, so that the same input gives the same bytes whatever the
 // number of threads.
 #include "common.h"
+#include "composite.h"
 
 // Work-item: one layer; one more for the sums over the whole canvas.
 //
@@ -32,4 +33,33 @@ __kernel void reduce_tiles(int4 band, int num_layers, int num_tiles, __global co
         }
     }
     result[slot] = sum;
+}
+
+// Work-item: one layer.
+//
+// params, layer_strips, layer_spans, spans, tile_state  in       d_fills  (num_tiles, reals of a record)  in
+// fill_sums  (N, reals of a record)  out: the records' sums, of layers with a gradient
+__kernel void reduce_fills(int4 band, int num_layers, __global const real *params, __global const int4 *spans,
+                           __global const int2 *layer_strips, __global const int *layer_spans,
+                           __global const int *tile_state, __global const real *d_fills, __global real *fill_sums)
+{
+#if FILLS
+    int layer = get_global_id(0), num_reals = record_reals(params);
+    if (layer >= num_layers) return;
+    __global real *sum = fill_sums + layer * num_reals;
+    if (band.z == 0)
+        for (int i = 0; i < num_reals; i++) sum[i] = 0;
+    if (!is_gradient(params, layer)) return;
+    int last_real = D_GEOMETRY + D_STOP * (int)layer_fill(params, layer)[2];
+    int2 strips = layer_strips[layer];
+    int last = min(band.w, strips_last(strips));
+    for (int strip = max(band.z, strips_first(strips)); strip < last; strip++) {
+        int4 span = spans[layer_spans[strips.x + strip]];
+        for (int tile = span_first(span); tile < span_last(span); tile++) {
+            int index = span_tile(span, tile);
+            if (tile_state[index] == 0) continue;
+            for (int i = 0; i < last_real; i++) sum[i] += d_fills[index * num_reals + i];
+        }
+    }
+#endif
 }

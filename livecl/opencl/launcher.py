@@ -43,12 +43,14 @@ class Launcher:
         Number type of the kernels, `real`.
     channels : int
         Channels of the image, 3 or 4.
+    fills : bool
+        Whether kernels know gradient fills; those that do not are faster.
     """
 
-    def __init__(self, opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> None:
+    def __init__(self, opened: OpenDevice, dtype: np.dtype[Any], channels: int, fills: bool = False) -> None:
         self._dtype = dtype
         self._opened = opened
-        self._program = build_program(opened, dtype, channels)
+        self._program = build_program(opened, dtype, channels, fills)
         self._bound: dict[tuple[str, str], _BoundKernel] = {}
         self._values: dict[str, Any] = {}
         self._given: dict[str, Any] = {}

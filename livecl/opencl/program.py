@@ -68,8 +68,8 @@ def kernel_parameters() -> dict[str, tuple[str, ...]]:
     return found
 
 
-def build_options(dtype: np.dtype[Any], channels: int) -> list[str]:
-    """Return the compiler options for a number type and a number of image channels."""
+def build_options(dtype: np.dtype[Any], channels: int, fills: bool = False) -> list[str]:
+    """Return the compiler options for a number type, a number of image channels, and with gradient fills or without."""
     real, mask, epsilon = {
         "float32": ("float", "int", "FLT_EPSILON"),
         "float64": ("double", "long", "DBL_EPSILON"),
@@ -81,21 +81,22 @@ def build_options(dtype: np.dtype[Any], channels: int) -> list[str]:
         f"-DLANES={lanes}",
         f"-DREAL_EPSILON={epsilon}",
         f"-DCHANNELS={channels}",
+        *(["-DFILLS=1"] if fills else []),
     ]
 
 
-def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int) -> Any:
-    """Build the program, once for each device, number type and number of channels.
+def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int, fills: bool = False) -> Any:
+    """Build the program, once for each device, number type and number of channels, with gradient fills or without.
 
     Raises
     ------
     KernelBuildError
         If the compiler refuses; the message carries options, device and the first error, its `log` all of them.
     """
-    key = (opened, dtype.name, channels)
+    key = (opened, dtype.name, channels, fills)
     with _building:
         if key not in _built:
-            options = build_options(dtype, channels)
+            options = build_options(dtype, channels, fills)
             what = f"building with {' '.join(options)} on {opened.info}"
             try:
                 built = compile_source(opened, program_source(), options)

@@ -13,6 +13,7 @@ from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import pieces_for
 from livecl.opencl.launcher import Launcher
+from livecl.rendering.fills import pack_fills
 from livecl.rendering.tiling import Grid, Spans, plan_spans
 
 #: Pixels that boxes reach beyond the outline, so that rounding and edges exactly on a tile's border stay inside.
@@ -94,7 +95,11 @@ class Scene:
         self.drawing = drawing
         self._bounds = _OUTWARDS * layer_boxes(drawing)
         background = np.zeros(3) if drawing.background is None else drawing.background
-        run.write_reals("params", background, np.zeros(1), drawing.colors.ravel(), drawing.points.ravel())
+        start, colors, packed = 0, drawing.colors, np.zeros(0)
+        if drawing.fills.any_gradients:
+            start, packed = 4 + drawing.colors.size + drawing.points.size, pack_fills(drawing.fills)
+            colors = _with_least_opacities(drawing)
+        run.write_reals("params", background, np.array([start]), colors.ravel(), drawing.points.ravel(), packed)
 
     def flatten(self, *uses: Use) -> list[Spans]:
         """Flatten the loaded drawing and return, for each use, the spans within reach of its layers' outlines."""
@@ -147,3 +152,11 @@ class Scene:
         for name in ("spans", "strip_offsets", "layer_strips", "layer_spans"):
             self.launcher.write(f"{use.scope}_{name}", getattr(spans, name))
         return spans
+
+
+def _with_least_opacities(drawing: Drawing) -> NDArray[np.float64]:
+    """Return the colours, with the least opacity of a gradient's stops: where it is 1, nothing below shows."""
+    colors, fills = drawing.colors.copy(), drawing.fills
+    layers = fills.gradient_layers
+    colors[layers, 3] = np.minimum.reduceat(fills.stop_colors[:, 3], fills.stop_offsets[layers])
+    return colors

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.opencl.launcher import Launcher
 from livecl.rendering.device_drawing import Scene, Use
+from livecl.rendering.fills import FillGradients, fill_gradients, record_reals
 from livecl.rendering.tiling import TILE, Grid, IntArray, Spans
 
 
@@ -28,11 +29,15 @@ class Gradients:
         Loss per unit of straight RGBA.
     background : (3,) float64 or None
         Loss per unit of colour; None where the drawing has no background.
+    fills : FillGradients or None
+        Of gradient fills: geometry, places and colours of stops; None where all layers are solid. The rows of `colors`
+        of layers with a gradient are 0.
     """
 
     points: NDArray[np.float64]
     colors: NDArray[np.float64]
     background: NDArray[np.float64] | None
+    fills: FillGradients | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -201,6 +206,9 @@ class Pipeline:
         run.reserve_reals("d_colors", 4 * spans.num_tiles)
         run.reserve_reals("d_tiles", 4 * self._grid.num_strips * self._grid.num_tiles)
         run.reserve_reals("d_lines", 4 * num_lines)
+        num_reals = record_reals(drawing.fills) if drawing.fills.any_gradients else 0
+        run.reserve_reals("d_fills", num_reals * spans.num_tiles)
+        run.reserve_reals("fill_sums", num_reals * num_layers)
         run.reserve_reals("result", 4 + 4 * num_layers + 8 * num_segments)
         run.set(num_lines=num_lines)
         for band in spans.each_band:
@@ -210,6 +218,8 @@ class Pipeline:
             run(composite, self._band_tiles(band), "coverage")
             run("coverage_backward", num_lines, "coverage")
             run("reduce_tiles", num_layers + 1, "coverage")
+            if num_reals:
+                run("reduce_fills", num_layers, "coverage")
         run("flatten_backward", num_segments, "coverage")
 
         def finish() -> tuple[float, Gradients]:
@@ -218,6 +228,11 @@ class Pipeline:
             d_points = d_cubics[:, :3].copy()
             d_points[drawing.next_segments, 0] += d_cubics[:, 3]
             d_colors = result[4 : 4 + 4 * num_layers].reshape(-1, 4)
-            return float(result[0]), Gradients(d_points, d_colors, None if drawing.background is None else result[1:4])
+            d_fills = None
+            if num_reals:
+                sums = run.read("fill_sums", (num_layers, num_reals)).astype(np.float64)
+                d_fills = fill_gradients(drawing.fills, sums)
+            d_background = None if drawing.background is None else result[1:4]
+            return float(result[0]), Gradients(d_points, d_colors, d_background, d_fills)
 
         return finish

@@ -26,8 +26,6 @@ def channels_of(drawing: Drawing) -> int:
         If it is no drawing.
     """
     check_type("drawing", drawing, Drawing, WANTED_DRAWING)
-    if drawing.fills.any_gradients:
-        raise ValueError("drawing: has gradient fills, which are not rendered yet")
     return 4 if drawing.background is None else 3
 
 
@@ -49,19 +47,19 @@ class Workspace(threading.local):
     def __init__(self, opened: OpenDevice, grid: Grid, dtype: np.dtype[Any], tolerance: float, max_tiles: int) -> None:
         self._opened, self._grid, self._dtype = opened, grid, dtype
         self._tolerance, self._max_tiles = tolerance, max_tiles
-        self._pipelines: dict[int, Pipeline] = {}
+        self._pipelines: dict[tuple[int, bool], Pipeline] = {}
         self.rendered: tuple[Drawing, ArrayLike | None] | None = None
 
-    def pipeline(self, channels: int) -> Pipeline:
-        """Return the pipeline for images of that many channels."""
-        if channels not in self._pipelines:
-            launcher = Launcher(self._opened, self._dtype, channels)
-            self._pipelines[channels] = Pipeline(launcher, self._grid, self._tolerance, self._max_tiles)
-        return self._pipelines[channels]
+    def pipeline(self, channels: int, fills: bool = False) -> Pipeline:
+        """Return the pipeline for images of that many channels, for drawings with gradient fills or without."""
+        if (channels, fills) not in self._pipelines:
+            launcher = Launcher(self._opened, self._dtype, channels, fills)
+            self._pipelines[channels, fills] = Pipeline(launcher, self._grid, self._tolerance, self._max_tiles)
+        return self._pipelines[channels, fills]
 
     def loaded(self, drawing: Drawing) -> Pipeline:
         """Return the drawing's pipeline, with the drawing on the device."""
-        pipeline = self.pipeline(channels_of(drawing))
+        pipeline = self.pipeline(channels_of(drawing), drawing.fills.any_gradients)
         pipeline.load(drawing)
         return pipeline
 

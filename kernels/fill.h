@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fill: the colour and opacity of a layer at a pixel centre, and their gradient, where a gradient fills the layer.
+//
+// Built with -DFILLS=1 where some layer of the drawing is not solid; without, no kernel looks at fills at all.
+//
+// Place.  With q = p - origin, (u, v) = A q, all from the host:
+//     linear  t = u,  A's first row (p1 - p0) / |p1 - p0|^2, origin p0       radial  t = |(u, v)|,  A = E^-1, origin c
+// A fill without an inverse has A = 0 and t = 2 everywhere: the last stop's colour.
+//
+// Colour.  Stops (o_k, c_k), c straight RGBA, k = 0 .. K - 1, as a telescope, which holds on at both ends by itself:
+//     s_k = clamp((t - o_k) / w_k, 0, 1),  w_k = o_{k+1} - o_k       c(t) = c_0 + sum_k s_k (c_{k+1} - c_k)
+// Where w_k = 0 it is a step: s_k = 1 from o_k on.
+//
+// Backward.  d_x stands for dL/dx; d = dL/dc at the pixel, in RGB a G' and in A coverage d_a (composite.h).
+//     d_c_{k+1} += s_k d,  d_c_k -= s_k d,  d_c_0 += d       d_s_k = d . (c_{k+1} - c_k)
+//     d_t = sum_k h_k d_s_k / w_k       d_o_k -= h_k (1 - s_k) d_s_k / w_k       d_o_{k+1} -= h_k s_k d_s_k / w_k
+// h_k is 1 within the stops, 0 beyond them and 1/2 just on one: the mean of both sides. A step's place has no gradient.
+//     linear  d_u = d_t, d_v = 0       radial  (d_u, d_v) = d_t (u, v) / t, and 0 at the centre, the mean over directions
+//     d_A = sum_p (d_u, d_v) q^T       d_q = A^T (d_u, d_v), which the host makes of sum_p (d_u, d_v)
+// The host goes on to the points (livecl/rendering/fills.py).
+#ifndef FILLS
+#define FILLS 0
+#endif
+
+#if FILLS
+#define RADIAL 2
+// Layout of the fills in `params`, from params[3] on: reals of a record of d_fills (4); of each layer (12): kind, first stop,
+// number of stops, t at the origin, origin (2), A (2, 2), nothing (2); of each stop (6): o, 1 / w or 0, RGBA.
+// A record: d_u, d_v, d_A (2, 2), and of each stop (5): d_o, d_c.
+#define FILL_REALS 12
+#define STOP_REALS 6
+#define D_GEOMETRY 6
+#define D_STOP 5
+
+typedef struct {
+    Color color;
+    realv opacity;
+} Paint;
+
+typedef struct {
+    realv x, y, u, v, t;  // q, A q
+} Place;
+
+inline __global const real *params_fills(__global const real *params) { return params + (int)params[3]; }
+inline int record_reals(__global const real *params) { return (int)params_fills(params)[0]; }
+inline __global const real *layer_fill(__global const real *params, int layer)
+{
+    return params_fills(params) + 4 + FILL_REALS * layer;
+}
+inline int is_gradient(__global const real *params, int layer) { return layer_fill(params, layer)[0] != 0; }
+inline __global const real *fill_stops(__global const real *params, __global const real *fill)
+{
+    return params_fills(params) + (int)fill[1];
+}
+
+inline Place fill_place(__global const real *fill, real column, realv rows)
+{
+    Place place;
+    place.x = (realv)(column - fill[4]);
+    place.y = rows - fill[5];
+    place.u = fill[6] * place.x + fill[7] * place.y;
+    place.v = fill[8] * place.x + fill[9] * place.y;
+    place.t = fill[3] + (fill[0] == RADIAL ? sqrt(place.u * place.u + place.v * place.v) : place.u);
+    return place;
+}
+
+// s_k; `active` receives h_k / w_k.
+inline realv stop_share(__global const real *stop, realv t, realv *active)
+{
+    realv along = t - stop[0];
+    if (stop[1] == 0) {
+        *active = 0;
+        return along < 0 ? (realv)0 : (realv)1;
+    }
+    along *= stop[1];
+    realv inside = (along > 0 && along < 1) ? (realv)1 : (realv)0;
+    *active = stop[1] * ((along == 0 || along == 1) ? (realv)0.5 : inside);
+    return BETWEEN(along, (realv)0, (realv)1);
+}
+
+inline Paint fill_paint(__global const real *params, __global const real *fill, realv t)
+{
+    __global const real *stop = fill_stops(params, fill);
+    Paint paint;
+    realv active;
+    for (int i = 0; i < CHANNELS; i++) paint.color.c[i] = (realv)(i < 3 ? stop[2 + i] : (real)1);
+    paint.opacity = (realv)stop[5];
+    for (int k = 1; k < (int)fill[2]; k++, stop += STOP_REALS) {
+        realv share = stop_share(stop, t, &active);
+        for (int i = 0; i < 3; i++) paint.color.c[i] += share * (stop[STOP_REALS + 2 + i] - stop[2 + i]);
+        paint.opacity += share * (stop[STOP_REALS + 5] - stop[5]);
+    }
+    return paint;
+}
+
+// What a layer's stops and geometry receive in a tile from d, (TILE, 4), into a record.
+inline void fill_backward(__global const real *params, __global const real *fill, real column, realv rows,
+                          realv d[TILE][4], __global real *record)
+{
+    __global const real *stop = fill_stops(params, fill);
+    __global real *d_stop = record + D_GEOMETRY;
+    Place place[TILE];
+    realv d_t[TILE], sum[4];
+    for (int i = 0; i < 4; i++) sum[i] = 0;
+    for (int j = 0; j < TILE; j++) {
+        place[j] = fill_place(fill, column + j, rows);
+        d_t[j] = 0;
+        for (int i = 0; i < 4; i++) sum[i] += d[j][i];
+    }
+    d_stop[0] = 0;
+    for (int i = 0; i < 4; i++) d_stop[1 + i] = sum_lanes(sum[i]);
+    for (int k = 1; k < (int)fill[2]; k++, stop += STOP_REALS, d_stop += D_STOP) {
+        realv shared[4], d_low = 0, d_high = 0;
+        for (int i = 0; i < 4; i++) shared[i] = 0;
+        for (int j = 0; j < TILE; j++) {
+            realv active, share = stop_share(stop, place[j].t, &active), d_share = 0;
+            for (int i = 0; i < 4; i++) {
+                d_share += d[j][i] * (stop[STOP_REALS + 2 + i] - stop[2 + i]);
+                shared[i] += share * d[j][i];
+            }
+            realv slope = active * d_share;
+            d_t[j] += slope;
+            d_low -= (1 - share) * slope;
+            d_high -= share * slope;
+        }
+        d_stop[0] += sum_lanes(d_low);
+        d_stop[D_STOP] = sum_lanes(d_high);
+        for (int i = 0; i < 4; i++) {
+            real part = sum_lanes(shared[i]);
+            d_stop[1 + i] -= part;
+            d_stop[D_STOP + 1 + i] = part;
+        }
+    }
+    realv d_geometry[D_GEOMETRY];
+    for (int i = 0; i < D_GEOMETRY; i++) d_geometry[i] = 0;
+    for (int j = 0; j < TILE; j++) {
+        realv d_u = d_t[j], d_v = 0;
+        if (fill[0] == RADIAL) {
+            realv share = place[j].t > 0 ? d_t[j] / place[j].t : (realv)0;
+            d_u = share * place[j].u;
+            d_v = share * place[j].v;
+        }
+        d_geometry[0] += d_u;
+        d_geometry[1] += d_v;
+        d_geometry[2] += d_u * place[j].x;
+        d_geometry[3] += d_u * place[j].y;
+        d_geometry[4] += d_v * place[j].x;
+        d_geometry[5] += d_v * place[j].y;
+    }
+    for (int i = 0; i < D_GEOMETRY; i++) record[i] = sum_lanes(d_geometry[i]);
+}
+#endif

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gradient fills on the device: their numbers as kernels/fill.h takes them, and the way back from its sums."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.fills import LINEAR, RADIAL, Fills
+
+FloatArray = NDArray[np.float64]
+
+#: Reals of a record for the geometry and for each stop, of a layer and of a stop; the same as in kernels/fill.h.
+D_GEOMETRY, D_STOP = 6, 5
+FILL_REALS = 12
+#: Share of its axes' lengths squared below which an ellipse has no area.
+_FLAT = 1e-12
+
+
+@dataclasses.dataclass(frozen=True)
+class FillGradients:
+    """Gradient of a scalar loss with respect to a drawing's fills; zero for solid layers.
+
+    Attributes
+    ----------
+    geometry : (N, 3, 2) float64
+        Loss per pixel of displacement.
+    stop_positions : (S,) float64
+        Loss per unit of t.
+    stop_colors : (S, 4) float64
+        Loss per unit of straight RGBA.
+    """
+
+    geometry: FloatArray
+    stop_positions: FloatArray
+    stop_colors: FloatArray
+
+
+def record_reals(fills: Fills) -> int:
+    """Return the reals of a record: those of the layer with most stops."""
+    return D_GEOMETRY + D_STOP * int(np.diff(fills.stop_offsets).max())
+
+
+def _maps(fills: Fills) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return A of each layer, (N, 2, 2), and whether it has one; (u, v) = A (p - origin)."""
+    maps = np.zeros((len(fills), 2, 2))
+    axes = np.swapaxes(fills.geometry[:, 1:] - fills.geometry[:, :1], 1, 2)  # columns: p1 - p0; e1 - c and e2 - c
+    square = (axes[:, :, 0] ** 2).sum(axis=1)
+    linear = (fills.kinds == LINEAR) & (square > 0)
+    maps[linear, 0] = axes[linear, :, 0] / square[linear, None]
+    determinant = np.linalg.det(axes)
+    radial = (fills.kinds == RADIAL) & (np.abs(determinant) > _FLAT * (axes**2).sum(axis=(1, 2)))
+    maps[radial] = np.linalg.inv(axes[radial])
+    return maps, linear | radial
+
+
+def pack_fills(fills: Fills) -> FloatArray:
+    """Return the numbers of all fills as kernels/fill.h lays them out."""
+    num, offsets = len(fills), fills.stop_offsets
+    maps, regular = _maps(fills)
+    table = np.zeros((num, FILL_REALS))
+    table[:, 0] = fills.kinds
+    table[:, 1] = 4 + FILL_REALS * num + 6 * offsets[:-1]
+    table[:, 2] = np.diff(offsets)
+    table[:, 3] = np.where(regular, 0.0, 2.0)
+    table[:, 4:6] = fills.geometry[:, 0]
+    table[:, 6:10] = maps.reshape(-1, 4)
+    stops = np.zeros((len(fills.stop_positions), 6))
+    stops[:, 0] = fills.stop_positions
+    widths = np.diff(fills.stop_positions, append=0.0)
+    widths[offsets[1:][np.diff(offsets) > 0] - 1] = 0
+    stops[:, 1] = np.divide(1.0, widths, out=np.zeros_like(widths), where=widths > _FLAT)
+    stops[:, 2:] = fills.stop_colors
+    return np.concatenate([[record_reals(fills), 0, 0, 0], table.ravel(), stops.ravel()])
+
+
+def fill_gradients(fills: Fills, sums: FloatArray) -> FillGradients:
+    """Return the gradient by points and stops from the sums of the records, (N, reals).
+
+    With d_u, d_v summed into d (2,), and d_A (2, 2), both from kernels/fill.h, and q = p - origin:
+
+        radial  A = E^-1, so dA = -A dE A:   d_E = -A^T d_A A^T,   d_e1, d_e2 its columns
+                d_c = -A^T d - d_e1 - d_e2,  as E's columns are e1 - c, e2 - c
+        linear  row = a / |a|^2, a = p1 - p0:   d_a = (d_row - 2 (d_row . a) row) / |a|^2,  as row . a = 1
+                d_p1 = d_a,   d_p0 = -d_a - row d_u
+    """
+    maps, regular = _maps(fills)
+    d_place, d_maps = sums[:, :2], sums[:, 2:D_GEOMETRY].reshape(-1, 2, 2)
+    geometry = np.zeros_like(fills.geometry)
+    transposed = np.swapaxes(maps, 1, 2)
+    d_origin = -np.einsum("nij,nj->ni", transposed, d_place)
+
+    radial = (fills.kinds == RADIAL) & regular
+    d_axes = -(transposed @ d_maps @ transposed)
+    geometry[radial, 1:] = np.swapaxes(d_axes, 1, 2)[radial]
+    geometry[radial, 0] = d_origin[radial] - geometry[radial, 1:].sum(axis=1)
+
+    linear = (fills.kinds == LINEAR) & regular
+    along = (fills.geometry[:, 1] - fills.geometry[:, 0])[linear]
+    d_row, row = d_maps[linear, 0], maps[linear, 0]
+    square = (along**2).sum(axis=1, keepdims=True)
+    geometry[linear, 1] = (d_row - 2 * (d_row * along).sum(axis=1, keepdims=True) * row) / square
+    geometry[linear, 0] = d_origin[linear] - geometry[linear, 1]
+
+    rank = np.arange(len(fills.stop_positions)) - fills.stop_offsets[fills.stop_layers]
+    at = D_GEOMETRY + D_STOP * rank
+    stops = sums[fills.stop_layers[:, None], at[:, None] + np.arange(D_STOP)]
+    return FillGradients(geometry, stops[:, 0], stops[:, 1:])

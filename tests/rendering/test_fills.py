@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gradient fills: images against the reference, and gradients of geometry and stops against central differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import reference
+from conftest import RasterizerFor
+from reference import differences
+from reference.fill import fill_render
+from reference.rounding import image_tolerance
+from support import drawings
+from support.case_losses import Losses
+
+from livecl.drawing import LINEAR, RADIAL, SOLID, Fills
+from livecl.rendering.rasterizer import Rasterizer
+
+RELATIVE = 1e-6
+
+
+def _case(seed: int, background: tuple[float, ...] | None, kinds: list[int], size: tuple[int, int] = (26, 21)):
+    """Return blobs over one another with random fills of two to four stops, transparent, opaque and between."""
+    rng = np.random.default_rng(seed)
+    layers: list[drawings.Layer] = [
+        ([drawings.blob(seed + k, rng.uniform(7, 15, 2), rng.uniform(4, 9))], rng.uniform(0.1, 0.9, 4)) for k in kinds
+    ]
+    counts = [int(rng.integers(2, 5)) if kind != SOLID else 0 for kind in kinds]
+    positions = [np.sort(rng.uniform(0.05, 0.95, count)) for count in counts]
+    colors = rng.uniform(0, 1, (sum(counts), 4))
+    colors[rng.random(len(colors)) < 0.3, 3] = 1
+    colors[rng.random(len(colors)) < 0.1, 3] = 0
+    fills = Fills(
+        kinds=kinds,
+        geometry=rng.uniform(2, 18, (len(kinds), 3, 2)),
+        stop_offsets=np.cumsum([0, *counts]),
+        stop_positions=np.concatenate([np.zeros(0), *positions]),
+        stop_colors=colors,
+    )
+    drawing = drawings.build(layers, size, background).replace(fills=fills)
+    return drawings.Case(drawing=drawing, pieces=np.full(drawing.num_segments, 5, np.int32))
+
+
+CASES = {
+    "over a background": lambda: _case(1, (1.0, 0.9, 0.8), [RADIAL, LINEAR, SOLID, RADIAL, LINEAR]),
+    "over nothing": lambda: _case(2, None, [LINEAR, SOLID, RADIAL, LINEAR, SOLID]),
+    "linear": lambda: _case(3, (0.0, 0.0, 0.0), [LINEAR]),
+    "radial": lambda: _case(4, None, [RADIAL]),
+    "crowd": lambda: _case(5, (1.0, 1.0, 1.0), [SOLID, LINEAR, RADIAL] * 24),
+    "crowd over nothing": lambda: _case(6, None, [LINEAR, RADIAL, RADIAL] * 13),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_image_against_reference(rasterizer_for: RasterizerFor, name: str, dtype: type) -> None:
+    case = CASES[name]()
+    image = rasterizer_for(case.drawing.size, dtype).forward(case.drawing, pieces=case.pieces)
+    expected = fill_render(reference.layer_coverages(case.drawing, case.pieces), case.drawing)
+    if dtype is np.float64:
+        np.testing.assert_allclose(image, expected, rtol=0, atol=1e-9)
+        return
+    # Beyond what coverage and compositing round: a place t, of 8 roundings of up to its size, is off by 8 eps t, and a
+    # colour by that times its steepest slope; t is within the stops where that counts.
+    fills = case.drawing.fills
+    widths = np.diff(fills.stop_positions)[np.diff(fills.stop_layers) == 0]
+    axes = fills.geometry[:, 1:] - fills.geometry[:, :1]
+    stretch = np.abs(np.linalg.cond(axes[fills.kinds == RADIAL])).max() if (fills.kinds == RADIAL).any() else 1.0
+    slope = 8 * np.finfo(np.float32).eps * max(stretch, 10.0) / max(widths.min(), 1e-3)
+    assert np.abs(image - expected).max() <= image_tolerance(case.drawing, case.pieces) + slope
+
+
+def _numerical(losses: Losses, name: str, entries: list[int]) -> np.ndarray:
+    fills = losses.case.drawing.fills
+
+    def of(values: np.ndarray) -> np.ndarray:
+        return losses(fills=fills.with_numbers(**{name: values}))
+
+    values = getattr(fills, name)
+    if name == "stop_colors":
+        return differences.of_quadratic(of, values, entries)
+    return differences.by_small_steps(of, values, entries)
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("part", ["geometry", "stop_positions", "stop_colors"])
+def test_gradients_against_differences(rasterizer_for: RasterizerFor, name: str, part: str) -> None:
+    case = CASES[name]()
+    losses = Losses(rasterizer_for(case.drawing.size, np.float64), case)
+    size = getattr(case.drawing.fills, part).size
+    entries = np.random.default_rng(7).choice(size, min(size, 40), replace=False).tolist()
+    for found, expected in zip(losses.gradients(), _numerical(losses, part, entries), strict=True):
+        gradient = getattr(found.fills, part)
+        error = np.linalg.norm(gradient.ravel()[entries] - expected)
+        assert error <= RELATIVE * np.linalg.norm(gradient), f"relative {error / np.linalg.norm(gradient):.1e}"
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_outlines_and_solid_colours_against_differences(rasterizer_for: RasterizerFor, name: str) -> None:
+    case = CASES[name]()
+    losses = Losses(rasterizer_for(case.drawing.size, np.float64), case)
+    points, colors = case.drawing.points, case.drawing.colors
+    entries = np.random.default_rng(8).choice(points.size, min(points.size, 30), replace=False).tolist()
+    numerical = differences.by_small_steps(lambda x: losses(points=x), points, entries)
+    for found, expected in zip(losses.gradients(), numerical, strict=True):
+        error = np.linalg.norm(found.points.ravel()[entries] - expected)
+        assert error <= RELATIVE * np.linalg.norm(found.points)
+    solid = np.flatnonzero(case.drawing.fills.kinds == SOLID)[:4]
+    entries = [4 * int(layer) + channel for layer in solid for channel in range(4)]
+    if entries:
+        numerical = differences.of_quadratic(lambda x: losses(colors=x), colors, entries)
+        for found, expected in zip(losses.gradients(), numerical, strict=True):
+            assert np.linalg.norm(found.colors.ravel()[entries] - expected) <= RELATIVE * np.linalg.norm(found.colors)
+    gradients = losses.gradients()[0]
+    assert not gradients.colors[case.drawing.fills.gradient_layers].any()
+
+
+@pytest.mark.parametrize(
+    "fills",
+    [
+        Fills.linear((3, 4), (3, 4), [(1, 0, 0, 1), (0, 0.5, 1, 0.5)]),
+        Fills.radial((3, 4), (3, 4), (3, 4), [(1, 0, 0, 1), (0, 0.5, 1, 0.5)]),
+        Fills.radial((3, 4), (5, 4), (9, 4), [(1, 0, 0, 1), (0, 0.5, 1, 0.5)]),
+    ],
+    ids=["linear", "radius 0", "flat ellipse"],
+)
+def test_degenerate_geometry_is_the_last_stop(rasterizer_for: RasterizerFor, fills: Fills) -> None:
+    solid = drawings.build([([drawings.rectangle(1, 1, 9, 7)], (0, 0.5, 1, 0.5))], (10, 10))
+    rasterizer = rasterizer_for((10, 10), np.float64)
+    image = rasterizer.forward(solid).copy()
+    found = rasterizer.forward(solid.replace(fills=fills))
+    np.testing.assert_allclose(found, image, atol=1e-15)
+    gradients = rasterizer.backward(np.ones_like(image))
+    assert gradients.fills is not None and not gradients.fills.geometry.any()
+    assert gradients.fills.stop_colors[1].all() and not gradients.fills.stop_colors[0].any()
+
+
+def test_steps_and_ends(rasterizer_for: RasterizerFor) -> None:
+    """Two stops at one place are a step; beyond the stops, the first and the last colour go on."""
+    fills = Fills.linear((2, 0), (6, 0), [(1, 0, 0, 1), (1, 0, 0, 1), (0, 0, 1, 1), (0, 1, 1, 1)], [0, 0.5, 0.5, 1])
+    drawing = drawings.build([([drawings.rectangle(-1, -1, 9, 9)], drawings.WHITE)], (1, 8)).replace(fills=fills)
+    image = rasterizer_for((1, 8), np.float64).forward(drawing)[0]
+    expected = [(1, 0, 0)] * 4 + [(0, 0.25, 1), (0, 0.75, 1), (0, 1, 1), (0, 1, 1)]
+    np.testing.assert_allclose(image, expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_equal_stops_are_a_solid_fill(rasterizer_for: RasterizerFor, dtype: type) -> None:
+    case = CASES["over a background"]()
+    solid = case.drawing.replace(fills=None)
+    fills = Fills(
+        kinds=[LINEAR, RADIAL] * 2 + [LINEAR],
+        geometry=case.drawing.fills.geometry,
+        stop_offsets=2 * np.arange(6),
+        stop_positions=[0, 1] * 5,
+        stop_colors=np.repeat(solid.colors, 2, axis=0),
+    )
+    rasterizer = rasterizer_for(solid.size, dtype)
+    image = rasterizer.forward(solid, pieces=case.pieces).copy()
+    np.testing.assert_array_equal(rasterizer.forward(solid.replace(fills=fills), pieces=case.pieces), image)
+
+
+def test_bands_and_repeats_give_the_same_gradient() -> None:
+    case = _case(9, (1.0, 1.0, 1.0), [LINEAR, RADIAL, SOLID] * 3, (70, 40))
+    whole, banded = Rasterizer((70, 40)), Rasterizer((70, 40), max_tiles=8)
+    d_image = np.random.default_rng(1).normal(size=(70, 40, 3))
+    found = []
+    for rasterizer in (whole, whole, banded):
+        rasterizer.forward(case.drawing, pieces=case.pieces)
+        gradients = rasterizer.backward(d_image).fills
+        assert gradients is not None
+        found.append(gradients)
+    np.testing.assert_array_equal(found[0].geometry, found[1].geometry)
+    np.testing.assert_array_equal(found[0].stop_colors, found[1].stop_colors)
+    np.testing.assert_allclose(found[0].stop_colors, found[2].stop_colors, rtol=1e-4, atol=1e-4)
