@@ -199,7 +199,7 @@ class Fills:
             row = along / np.where(square > 0, square, 1) / factors
             square = (row**2).sum(axis=1, keepdims=True)
             geometry[linear, 1] = geometry[linear, 0] + row / np.where(square > 0, square, 1)
-        return self.with_numbers(geometry=geometry)
+        return self.with_numbers(geometry=np.clip(geometry, -MAX_COORDINATE, MAX_COORDINATE))
 
     def quantized(self, precision: int) -> Fills:
         """Return the fills that a saved SVG holds: geometry rounded to `precision` decimals, stops to 8 bits."""

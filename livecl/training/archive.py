@@ -15,6 +15,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import Fills
 from livecl.files import write_atomically
 from livecl.training.adam import Adam
+from livecl.training.fills import FillMoments
 
 Arrays = dict[str, Any]
 
@@ -63,7 +64,7 @@ def drawing_from(prefix: str, arrays: Arrays, size: tuple[int, int]) -> Drawing:
     """Return the drawing that :func:`drawing_arrays` took apart."""
     background = arrays.get(f"{prefix}background")
     fills = None
-    if f"{prefix}fills.kinds" in arrays:
+    if any(name.startswith(f"{prefix}fills.") for name in arrays):
         fills = Fills(**{name: arrays[f"{prefix}fills.{name}"] for name in _FILLS_ARRAYS})
     values = {name: arrays[prefix + name] for name in _DRAWING_ARRAYS}
     return Drawing(size=size, background=background, fills=fills, **values)
@@ -77,3 +78,17 @@ def adam_arrays(name: str, adam: Adam) -> dict[str, Any]:
 def adam_from(name: str, arrays: Arrays) -> Adam:
     """Return the moments that :func:`adam_arrays` took apart."""
     return Adam(**{field: arrays[f"adam.{name}.{field}"] for field in ("mean", "square", "ages")})
+
+
+def fill_arrays(prefix: str, drawing: Drawing, moments: FillMoments) -> dict[str, Any]:
+    """Return the arrays of fills' moments by name; none where all layers are solid."""
+    if not drawing.fills.any_gradients:
+        return {}
+    return adam_arrays(f"{prefix}geometry", moments.geometry) | adam_arrays(f"{prefix}stops", moments.stops)
+
+
+def fills_from(prefix: str, arrays: Arrays, drawing: Drawing) -> FillMoments:
+    """Return the moments that :func:`fill_arrays` took apart."""
+    if not drawing.fills.any_gradients:
+        return FillMoments.start(drawing.fills)
+    return FillMoments(adam_from(f"{prefix}geometry", arrays), adam_from(f"{prefix}stops", arrays))

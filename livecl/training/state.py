@@ -22,9 +22,12 @@ from livecl.training.archive import (
     adam_from,
     drawing_arrays,
     drawing_from,
+    fill_arrays,
+    fills_from,
     read_archive,
     write_archive,
 )
+from livecl.training.fills import FillMoments
 
 _FORMAT = 4
 
@@ -39,6 +42,7 @@ class Fallback:
     drawing: Drawing
     points: Adam
     colors: Adam
+    fills: FillMoments
     holds: NDArray[np.int8]
 
 
@@ -58,6 +62,8 @@ class State:
         The stage or revision that is under way, and its steps so far.
     points, colors, background : Adam
         Moments of the control points, by segment, of the colours, by layer, and of the background.
+    fills : FillMoments
+        Moments of gradient fills.
     pieces : (M,) int
         Lines that each segment is flattened into.
     rng : numpy.random.Generator
@@ -88,6 +94,7 @@ class State:
     points: Adam
     colors: Adam
     background: Adam
+    fills: FillMoments
     pieces: NDArray[np.int32]
     rng: np.random.Generator
     holds: NDArray[np.int8]
@@ -118,6 +125,7 @@ class State:
             points=Adam.start(drawing.points.shape),
             colors=Adam.start(drawing.colors.shape),
             background=Adam.start((1, 3)),
+            fills=FillMoments.start(drawing.fills),
             pieces=np.ones(drawing.num_segments, np.int32),
             rng=np.random.default_rng(seed),
             holds=np.where(np.zeros(drawing.num_layers, bool) if locked is None else locked, LOCKED, KEPT).astype(
@@ -147,14 +155,18 @@ class State:
         segments = np.concatenate([np.flatnonzero(drawing.segment_layers == layer) for layer in order])
         self.points.extend(new.num_segments)
         self.colors.extend(new.num_layers)
+        before = self.drawing
         self.drawing = drawing.layer_subset(order)
+        sources = np.where(order < before.num_layers, order, -1)
+        self.fills = self.fills.followed(before.fills, self.drawing.fills, sources)
         self.points, self.colors = self.points.subset(segments), self.colors.subset(order)
         self.holds = np.concatenate([self.holds, np.full(new.num_layers, FREE, np.int8)])[order]
 
     def keep_layers(self, layers: NDArray[Any]) -> None:
         """Take out all layers but these (K,)."""
         segments = np.isin(self.drawing.segment_layers, layers)
-        self.drawing = self.drawing.layer_subset(layers)
+        before, self.drawing = self.drawing, self.drawing.layer_subset(layers)
+        self.fills = self.fills.followed(before.fills, self.drawing.fills, np.arange(before.num_layers)[layers])
         self.points, self.colors = self.points.subset(segments), self.colors.subset(layers)
         self.holds = self.holds[layers]
         self.pieces = self.pieces[segments]
@@ -171,17 +183,19 @@ class State:
         self.points.forget(segments < 0)
         self.colors.forget(sources < 0)
         self.holds = np.where(sources < 0, FREE, self.holds[sources]).astype(np.int8)
+        self.fills = self.fills.followed(self.drawing.fills, drawing.fills, sources)
         self.drawing = drawing
         self.pieces = np.ones(drawing.num_segments, np.int32)  # until they are chosen
 
     def fall_back(self) -> Fallback:
         """Return what :meth:`restore` needs to come back to this point."""
-        return Fallback(self.drawing, self.points.subset(slice(None)), self.colors.subset(slice(None)), self.holds)
+        points, colors = self.points.subset(slice(None)), self.colors.subset(slice(None))
+        return Fallback(self.drawing, points, colors, self.fills.copy(), self.holds)
 
     def restore(self, fallback: Fallback) -> None:
         """Return to an earlier drawing."""
         self.drawing, self.points, self.colors = fallback.drawing, fallback.points, fallback.colors
-        self.holds = fallback.holds
+        self.fills, self.holds = fallback.fills, fallback.holds
 
     def copy(self) -> State:
         """Return a state that does not change with this one; drawings and other arrays are never changed in place."""
@@ -190,6 +204,7 @@ class State:
             points=self.points.subset(slice(None)),
             colors=self.colors.subset(slice(None)),
             background=self.background.subset(slice(None)),
+            fills=self.fills.copy(),
             rng=copy.deepcopy(self.rng),
         )
 
@@ -216,6 +231,7 @@ class State:
         arrays: dict[str, Any] = {"pieces": self.pieces, "holds": self.holds, **drawing_arrays("", self.drawing)}
         for name in ("points", "colors", "background"):
             arrays |= adam_arrays(name, getattr(self, name))
+        arrays |= fill_arrays("", self.drawing, self.fills)
         if self.kept_weight is not None:
             arrays["kept_weight"] = self.kept_weight
         if self.start_drawing is not None:
@@ -224,6 +240,7 @@ class State:
             arrays |= drawing_arrays("fallback.", self.fallback.drawing) | {"fallback.holds": self.fallback.holds}
             arrays |= adam_arrays("fallback.points", self.fallback.points)
             arrays |= adam_arrays("fallback.colors", self.fallback.colors)
+            arrays |= fill_arrays("fallback.", self.fallback.drawing, self.fallback.fills)
         facts = {
             "format": _FORMAT,
             "size": self.drawing.size,
@@ -248,14 +265,18 @@ class State:
         rng.bit_generator.state = facts["rng"]
         fallback = None
         if "fallback.points" in arrays:
+            earlier = drawing_from("fallback.", arrays, facts["size"])
             fallback = Fallback(
-                drawing_from("fallback.", arrays, facts["size"]),
+                earlier,
                 adam_from("fallback.points", arrays),
                 adam_from("fallback.colors", arrays),
+                fills_from("fallback.", arrays, earlier),
                 arrays["fallback.holds"],
             )
+        drawing = drawing_from("", arrays, facts["size"])
         return cls(
-            drawing=drawing_from("", arrays, facts["size"]),
+            drawing=drawing,
+            fills=fills_from("", arrays, drawing),
             options=Options(**facts["options"]),
             schedule=tuple(facts["schedule"]),
             stage=facts["stage"],

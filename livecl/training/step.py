@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl.geometry.untangle import untangle
 from livecl.rendering.rasterizer import Gradients, Rasterizer
 from livecl.training.adam import decayed, settling
+from livecl.training.fills import hold_fills
 from livecl.training.state import State
 
 #: Steps after which the numbers of lines that flatten the segments are looked at again.
@@ -34,6 +37,8 @@ def hold_locked(state: State, gradients: Gradients) -> None:
     if state.locked.any():
         gradients.points[state.locked_segments] = 0
         gradients.colors[state.locked] = 0
+        if gradients.fills is not None:
+            hold_fills(state.drawing.fills, gradients.fills, state.locked)
 
 
 def move(state: State, gradients: Gradients) -> None:
@@ -52,11 +57,29 @@ def move(state: State, gradients: Gradients) -> None:
         colors[:, 3] = drawing.colors[:, 3]
     elif options.opacity == "snap" and 2 * state.iteration >= options.iterations:
         colors[(colors[:, 3] > OPAQUE_FROM) & ~state.locked, 3] = 1
+    fills = None
+    if gradients.fills is not None:
+        fills = state.fills.step(
+            drawing.fills,
+            gradients.fills,
+            functools.partial(rate, point_rate),
+            functools.partial(rate, options.color_learning_rate),
+        )
+        _hold_opacities(state, fills.stop_colors)
     background = drawing.background
     if options.background == "train" and background is not None and gradients.background is not None:
         change = state.background.step(gradients.background[None], options.color_learning_rate)
         background = np.clip(background + change[0], 0, 1)
-    state.drawing = drawing.moved(points, colors, background)
+    state.drawing = drawing.moved(points, colors, background, fills)
+
+
+def _hold_opacities(state: State, stop_colors: NDArray[np.float64]) -> None:
+    """Treat the opacities of stops as those of solid layers."""
+    options, fills = state.options, state.drawing.fills
+    if options.opacity == "opaque":
+        stop_colors[:, 3] = fills.stop_colors[:, 3]
+    elif options.opacity == "snap" and 2 * state.iteration >= options.iterations:
+        stop_colors[(stop_colors[:, 3] > OPAQUE_FROM) & ~state.locked[fills.stop_layers], 3] = 1
 
 
 def untangles_now(state: State) -> bool:

@@ -8,7 +8,8 @@ import pytest
 from support import drawings, shapes
 
 import livecl
-from livecl.drawing.drawing import MAX_COORDINATE, Drawing
+from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import MAX_COORDINATE
 from livecl.image.reading import premultiplied
 from livecl.image.resizing import DETAIL_IS_LOST, detail_lost, reduced, scaled, working_size
 

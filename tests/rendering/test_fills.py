@@ -10,7 +10,7 @@ from conftest import RasterizerFor
 from reference import differences
 from reference.fill import fill_render
 from reference.rounding import image_tolerance
-from support import drawings
+from support import drawings, shapes
 from support.case_losses import Losses
 
 from livecl.drawing import LINEAR, RADIAL, SOLID, Fills
@@ -19,16 +19,18 @@ from livecl.rendering.rasterizer import Rasterizer
 RELATIVE = 1e-6
 
 
-def _case(seed: int, background: tuple[float, ...] | None, kinds: list[int], size: tuple[int, int] = (26, 21)):
+def _case(
+    seed: int, background: tuple[float, ...] | None, kinds: list[int], size: tuple[int, int] = (26, 21)
+) -> drawings.Case:
     """Return blobs over one another with random fills of two to four stops, transparent, opaque and between."""
     rng = np.random.default_rng(seed)
-    layers: list[drawings.Layer] = [
-        ([drawings.blob(seed + k, rng.uniform(7, 15, 2), rng.uniform(4, 9))], rng.uniform(0.1, 0.9, 4)) for k in kinds
+    layers: list[shapes.Layer] = [
+        ([shapes.blob(seed + k, rng.uniform(7, 15, 2), rng.uniform(4, 9))], rng.uniform(0.1, 0.9, 4)) for k in kinds
     ]
     counts = [int(rng.integers(2, 5)) if kind != SOLID else 0 for kind in kinds]
-    positions = [np.sort(rng.uniform(0.05, 0.95, count)) for count in counts]
+    positions = [(np.arange(count) + rng.uniform(0.2, 0.8, count)) / max(count, 1) for count in counts]
     colors = rng.uniform(0, 1, (sum(counts), 4))
-    colors[rng.random(len(colors)) < 0.3, 3] = 1
+    colors[rng.random(len(colors)) < 0.15, 3] = 1
     colors[rng.random(len(colors)) < 0.1, 3] = 0
     fills = Fills(
         kinds=kinds,
@@ -125,7 +127,7 @@ def test_outlines_and_solid_colours_against_differences(rasterizer_for: Rasteriz
     ids=["linear", "radius 0", "flat ellipse"],
 )
 def test_degenerate_geometry_is_the_last_stop(rasterizer_for: RasterizerFor, fills: Fills) -> None:
-    solid = drawings.build([([drawings.rectangle(1, 1, 9, 7)], (0, 0.5, 1, 0.5))], (10, 10))
+    solid = drawings.build([([shapes.rectangle(1, 1, 9, 7)], (0, 0.5, 1, 0.5))], (10, 10))
     rasterizer = rasterizer_for((10, 10), np.float64)
     image = rasterizer.forward(solid).copy()
     found = rasterizer.forward(solid.replace(fills=fills))
@@ -138,7 +140,7 @@ def test_degenerate_geometry_is_the_last_stop(rasterizer_for: RasterizerFor, fil
 def test_steps_and_ends(rasterizer_for: RasterizerFor) -> None:
     """Two stops at one place are a step; beyond the stops, the first and the last colour go on."""
     fills = Fills.linear((2, 0), (6, 0), [(1, 0, 0, 1), (1, 0, 0, 1), (0, 0, 1, 1), (0, 1, 1, 1)], [0, 0.5, 0.5, 1])
-    drawing = drawings.build([([drawings.rectangle(-1, -1, 9, 9)], drawings.WHITE)], (1, 8)).replace(fills=fills)
+    drawing = drawings.build([([shapes.rectangle(-1, -1, 9, 9)], shapes.WHITE)], (1, 8)).replace(fills=fills)
     image = rasterizer_for((1, 8), np.float64).forward(drawing)[0]
     expected = [(1, 0, 0)] * 4 + [(0, 0.25, 1), (0, 0.75, 1), (0, 1, 1), (0, 1, 1)]
     np.testing.assert_allclose(image, expected, atol=1e-14)

@@ -17,6 +17,7 @@ import numpy as np
 import pyopencl as cl
 
 from livecl import Rasterizer
+from livecl.drawing import LINEAR, RADIAL, Drawing, Fills
 from livecl.opencl.device import open_device
 from livecl.opencl.launcher import Launcher
 from livecl.rendering.pipeline import DistanceWeight
@@ -48,9 +49,26 @@ def everything(rasterizer: Rasterizer, case: Case) -> str:
         loss, gradient = rasterizer.loss_and_gradients(again, np.full_like(image, 0.5), weight, pieces)
         parts.append(np.array(loss))
         gradients.append(gradient)
+    parts.append(rasterizer.forward(_with_gradients(drawing), pieces))
+    gradients.append(rasterizer.backward(np.linspace(-1, 1, image.size).reshape(image.shape)))
     for gradient in gradients:
+        if gradient.fills is not None:
+            parts += [gradient.fills.geometry, gradient.fills.stop_positions, gradient.fills.stop_colors]
         parts += [gradient.points, gradient.colors]
     return hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).hexdigest()
+
+
+def _with_gradients(drawing: Drawing) -> Drawing:
+    """Return a drawing in which linear and radial gradients take turns."""
+    num = drawing.num_layers
+    fills = Fills(
+        kinds=[(LINEAR, RADIAL)[layer % 2] for layer in range(num)],
+        geometry=np.random.default_rng(3).uniform(0, 20, (num, 3, 2)),
+        stop_offsets=2 * np.arange(num + 1),
+        stop_positions=[0, 1] * num,
+        stop_colors=np.repeat(drawing.colors, 2, axis=0)[:, ::-1],
+    )
+    return drawing.replace(fills=fills)
 
 
 def launched_kernels() -> set[str]:

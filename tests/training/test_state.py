@@ -16,10 +16,12 @@ import pytest
 from support.states import assert_equal, disc_and_ring, equal, start
 
 from livecl import Drawing, LiveclError, Options, State
+from livecl.drawing import LINEAR, RADIAL, Fills
 from livecl.drawing.drawing import empty_drawing
 from livecl.run.loop import train
 from livecl.run.run import Run
 from livecl.training.adam import Adam
+from livecl.training.fills import FillMoments
 from livecl.training.state import Fallback
 
 # Iterations enough for two looks for loops within a stage; all kinds of loss, placement and chance.
@@ -38,6 +40,13 @@ def _full_state() -> State:
             subpath_offsets=[0, 3, 5, 7],
             layer_offsets=[0, 1, 3],
             stages=stages,
+            fills=Fills(
+                kinds=[RADIAL, LINEAR],
+                geometry=rng.uniform(0, 20, (2, 3, 2)),
+                stop_offsets=[0, 3, 5],
+                stop_positions=[0, 0.3, 1, 0, 0.9],
+                stop_colors=rng.uniform(size=(5, 4)),
+            ),
         )
 
     def adam(*shape: int) -> Adam:
@@ -46,6 +55,7 @@ def _full_state() -> State:
     generator = np.random.default_rng(9)
     generator.normal(size=3)
     generator.integers(0, 5, dtype=np.int32)  # leaves half a number in the generator
+    moments = FillMoments(adam(2, 3, 2), adam(5, 5))
     return State(
         drawing=drawing([0, 3]),
         options=Options.released(iterations=77, xing_weight=0.1 + 0.2, background="#123456", untangle=True),
@@ -55,6 +65,7 @@ def _full_state() -> State:
         points=adam(7, 3, 2),
         colors=adam(2, 4),
         background=adam(1, 3),
+        fills=FillMoments(adam(2, 3, 2), adam(5, 5)),
         pieces=rng.integers(1, 40, size=7).astype(np.int32),
         rng=generator,
         kept_weight=rng.uniform(size=(24, 27)).astype(np.float32),
@@ -64,7 +75,7 @@ def _full_state() -> State:
         failures=2,
         holds=np.array([2, 0], np.int8),
         start_drawing=drawing([2, 1]),
-        fallback=Fallback(drawing([1, 2]), adam(7, 3, 2), adam(2, 4), np.array([1, 0], np.int8)),
+        fallback=Fallback(drawing([1, 2]), adam(7, 3, 2), adam(2, 4), moments, np.array([1, 0], np.int8)),
     )
 
 

@@ -17,7 +17,8 @@ from hypothesis.extra.numpy import arrays
 from reference.rounding import image_tolerance
 
 from fuzzing.kind import Kind, one_line
-from livecl.drawing.drawing import MAX_COORDINATE, Drawing
+from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import MAX_COORDINATE
 from livecl.geometry.bezier import pieces_for
 from livecl.rendering.rasterizer import TOLERANCE, Rasterizer
 

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Adam for gradient fills: geometry takes the steps of points, stops those of colours."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from livecl.drawing.fills import Fills
+from livecl.rendering.fills import FillGradients
+from livecl.training.adam import Adam
+
+#: Learning rate of parameters by their ages.
+Rate = Callable[[NDArray[np.int64]], ArrayLike]
+
+
+@dataclasses.dataclass
+class FillMoments:
+    """Moments of a drawing's fills.
+
+    Attributes
+    ----------
+    geometry : Adam
+        Of the gradients' points, by layer: (N, 3, 2).
+    stops : Adam
+        Of the stops' places and colours: (S, 5).
+    """
+
+    geometry: Adam
+    stops: Adam
+
+    @classmethod
+    def start(cls, fills: Fills) -> FillMoments:
+        """Return the moments before the first step."""
+        return cls(Adam.start(fills.geometry.shape), Adam.start((len(fills.stop_positions), 5)))
+
+    def copy(self) -> FillMoments:
+        """Return moments that do not change with these."""
+        return FillMoments(self.geometry.subset(slice(None)), self.stops.subset(slice(None)))
+
+    def followed(self, old: Fills, new: Fills, sources: NDArray[Any]) -> FillMoments:
+        """Return the moments of other fills.
+
+        Layers of the same kind, with as many stops, keep theirs; for Adam, all others are new.
+
+        Parameters
+        ----------
+        old, new : Fills
+            Those that these moments are of, and those that the moments are wanted of, N layers.
+        sources : (N,) array of int
+            The number that each layer had before, -1 for a new one.
+        """
+        moments = FillMoments.start(new)
+        for layer in new.gradient_layers.tolist():
+            source, own = int(sources[layer]), new.stops(layer)
+            if source < 0 or old.kinds[source] != new.kinds[layer]:
+                continue
+            before = old.stops(source)
+            if before.stop - before.start != own.stop - own.start:
+                continue
+            for name in ("mean", "square", "ages"):
+                getattr(moments.geometry, name)[layer] = getattr(self.geometry, name)[source]
+                getattr(moments.stops, name)[own] = getattr(self.stops, name)[before]
+        return moments
+
+    def step(self, fills: Fills, gradients: FillGradients, point_rate: Rate, color_rate: Rate) -> Fills:
+        """Return fills moved by one step.
+
+        Stops stay within [0, 1], in their order. A layer's first and last stop keep their places: where these lie is
+        said by the geometry.
+        """
+        d_stops = np.concatenate([gradients.stop_positions[:, None], gradients.stop_colors], axis=1)
+        ends = fills.stop_offsets[fills.gradient_layers]
+        d_stops[ends, 0] = d_stops[fills.stop_offsets[fills.gradient_layers + 1] - 1, 0] = 0
+        geometry = fills.geometry + self.geometry.step(gradients.geometry, point_rate(self.geometry.ages))
+        stops = np.concatenate([fills.stop_positions[:, None], fills.stop_colors], axis=1)
+        stops = np.clip(stops + self.stops.step(d_stops, color_rate(self.stops.ages)), 0, 1)
+        positions = stops[:, 0].copy()
+        for layer in fills.gradient_layers.tolist():
+            own = fills.stops(layer)
+            positions[own] = np.minimum(np.maximum.accumulate(positions[own]), positions[own.stop - 1])
+        return fills.moved(geometry, positions, stops[:, 1:])
+
+
+def hold_fills(fills: Fills, gradients: FillGradients, locked: NDArray[np.bool_]) -> None:
+    """Leave the fills of locked layers (N,) without a gradient."""
+    gradients.geometry[locked] = 0
+    stops = locked[fills.stop_layers]
+    gradients.stop_positions[stops] = 0
+    gradients.stop_colors[stops] = 0
