@@ -125,7 +125,7 @@ def check_device(arguments: argparse.Namespace) -> None:
 
 
 def read_input(read: Callable[[Any], T], source: Any) -> T:
-    """Read what the user has named; what is wrong with it is bad input."""
+    """Read an input; its errors are bad input."""
     try:
         return read(source)
     except livecl.LiveclError as error:

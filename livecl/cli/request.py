@@ -65,7 +65,7 @@ class BatchJob:
     @property
     def kept(self) -> str:
         """Message on the outputs of an aborted batch."""
-        return f"what was finished is in {self.folder}"
+        return f"finished pictures are in {self.folder}"
 
 
 def checked(arguments: argparse.Namespace) -> Job | BatchJob:
@@ -134,7 +134,7 @@ def _locked(start: Drawing | None, specs: Sequence[str]) -> tuple[int, ...]:
     """Return the indices of the layers named by ``--lock``, each once."""
     if start is None:
         if specs:
-            raise ValueError("--lock: layers of what? name the drawing that they belong to with --start")
+            raise ValueError("--lock: names layers of a drawing; give the drawing with --start")
         return ()
     return tuple(sorted({int(layer) for spec in specs for layer in start.select(spec)}))
 
@@ -157,17 +157,17 @@ def _said_of_paths(recipe: Recipe) -> dict[str, Any]:
 
 
 def _control_of(arguments: argparse.Namespace) -> Control:
-    """Return what watches over the run of one picture.
+    """Return time limit and checkpoint of the run of one picture.
 
     Raises
     ------
     ValueError
-        If it would overwrite what is no checkpoint, or is to go on from none.
+        If it would overwrite a file other than a checkpoint, or resume without one.
     """
     path = _checkpoint(arguments)
     if path is None and arguments.resume:
         wanted = "leave out --no-checkpoint" if arguments.checkpoint is False else "name one with --checkpoint"
-        raise ValueError(f"--resume: goes on from a checkpoint, and there is to be none; {wanted}")
+        raise ValueError(f"--resume: needs a checkpoint; {wanted}")
     if path is not None and path.is_file() and not arguments.resume and not is_checkpoint(path):
         raise ValueError(
             f"{path}: is no checkpoint that can be read, and would be overwritten; move it, or name another file with "
@@ -229,7 +229,7 @@ def _checked_image(source: str) -> NDArray[np.float32]:
 
 
 def beginning(control: Control) -> str:
-    """Return a line that says from where a run begins, where that may not be what was meant; else nothing."""
+    """Return a warning if a run starts anew in spite of --resume or of a checkpoint, else ""."""
     if control.checkpoint is None or Path(control.checkpoint).exists() == control.resume:
         return ""
     if control.resume:
@@ -238,7 +238,7 @@ def beginning(control: Control) -> str:
 
 
 def going_on(control: Control) -> str:
-    """Return the part of a message that says how to go on; nothing where there is no checkpoint."""
+    """Return the end of a message that tells how to resume; "" without a checkpoint."""
     if control.checkpoint is None or not Path(control.checkpoint).exists():
         return ""
     return f"; --resume goes on from {control.checkpoint}"

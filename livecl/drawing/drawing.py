@@ -22,7 +22,7 @@ from livecl.errors import check_type, nearest
 if TYPE_CHECKING:
     from livecl.svg.writer import LayerStyle
 
-#: What is wanted where something else was given, in messages.
+#: Expectations in messages on wrong arguments.
 WANTED_DRAWING = "a livecl.Drawing, as of livecl.read_svg"
 
 FloatArray = NDArray[np.float64]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the next paths start, what they look like, and in which colour.
+"""Placement: position, shape and colour of the next paths.
 
 `component` is the paper's component-wise path initialization, steps a-d; `region` takes the regions whose painting
 would remove most error, judged by the coverage of the very path that would be added.
@@ -58,7 +58,7 @@ def place_paths(
     target : (H, W, 3) array, or (H, W, 4) premultiplied where the drawing has no background
         The picture wanted.
     drawing : Drawing
-        What there is so far.
+        The drawing so far.
     count : int
         Number of layers.
     options : Options
@@ -68,7 +68,7 @@ def place_paths(
     rasterizer : Rasterizer
         One of the drawing's size.
     check : callable
-        Called now and then; what it raises ends the placement.
+        Called periodically; an exception ends the placement.
 
     Returns
     -------

@@ -76,7 +76,7 @@ class OpenDevice:
         if self.process != os.getpid():
             raise DeviceError(_FORKED)
         if self.failure is not None:
-            raise DeviceError(f"{self.failure}; it was given up: what was made on it is to be made anew")
+            raise DeviceError(f"{self.failure}; it was given up: make a new Rasterizer")
 
     def buffer(self, name: str, size: int, content: NDArray[Any] | None = None) -> Any:
         """Return a new buffer.

@@ -69,7 +69,7 @@ class Control:
             if value is not None and not (isinstance(value, (int, float)) and math.isfinite(value) and value >= 0):
                 raise ValueError(f"{name}: got {value!r}, wanted a number of seconds")
         if self.resume and self.checkpoint is None:
-            raise ValueError("resume: from what? give the file as checkpoint")
+            raise ValueError("resume: needs a checkpoint; give the file as checkpoint")
 
 
 class Watch:

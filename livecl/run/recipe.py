@@ -96,7 +96,7 @@ class Recipe:
         if self.layers not in LAYER_STYLES:
             raise ValueError(f"layers: got {reprlib.repr(self.layers)}, wanted {' or '.join(map(repr, LAYER_STYLES))}")
         if self.start is None and isinstance(self.lock, Collection) and len(self.lock):
-            raise ValueError("lock: layers of what? give the drawing that they belong to as start")
+            raise ValueError("lock: names layers of a drawing; give the drawing as start")
         num_layers = 0 if self.start is None else self.start.num_layers
         if not isinstance(self.lock, Iterable) or any(layer not in range(num_layers) for layer in self.lock):
             raise ValueError(

@@ -110,7 +110,7 @@ def _first_state(
     size = image.shape[0], image.shape[1]
     if start is None:
         if len(lock):
-            raise ValueError("lock: layers of what? give the drawing that they belong to as start")
+            raise ValueError("lock: names layers of a drawing; give the drawing as start")
         drawing = empty_drawing(size, background_for(options.background, image))
         return State.start(drawing, options, parse_schedule(schedule, paths), seed)
     if start.size != size:

@@ -61,7 +61,7 @@ class Objective:
         return loss + options.xing_weight * xing, gradients
 
     def released_weight(self, state: State, stage: int) -> NDArray[Any]:
-        """Weight of the authors' program: the closeness of a stage's paths, at most 1, and what earlier ones left."""
+        """Weight of the authors' program: the closeness of a stage's paths, at most 1, and the rest of earlier ones."""
         newest = int(np.searchsorted(state.drawing.stages, stage))
         pieces = self._distance_pieces(state)
         on_device = self._rasterizer.distance_weight_on_device(state.drawing, state.options.tau, pieces, newest)

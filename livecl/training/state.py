@@ -31,7 +31,7 @@ from livecl.training.fills import FillMoments
 
 _FORMAT = 4
 
-#: What a run may do with a layer: all it likes; move and colour it; nothing.
+#: Permissions of a layer: everything; moving and colouring; nothing.
 FREE, KEPT, LOCKED = 0, 1, 2
 
 
@@ -57,7 +57,7 @@ class State:
     options : Options
         Parameters of the method.
     schedule : tuple of int
-        Paths that each stage adds; 0 where it refines what there is. Revisions follow.
+        Paths that each stage adds; 0 for a refinement. Revisions follow.
     stage, iteration : int
         The stage or revision that is under way, and its steps so far.
     points, colors, background : Adam
@@ -71,7 +71,7 @@ class State:
     holds : (N,) int8
         FREE, KEPT (is not dropped, merged or replaced) or LOCKED (stays as it is), for each layer.
     start_drawing : Drawing or None
-        What a run started from that began with layers.
+        Drawing to start from, if any.
     kept_weight : (H, W) float or None
         Distance weight that earlier stages left (the released program's loss).
     asked : int
@@ -83,7 +83,7 @@ class State:
     failures : int
         Revisions in a row that did not lower the error.
     fallback : Fallback or None
-        What to return to if the refinement or revision under way does not lower it.
+        State to return to if the refinement or revision under way does not lower the error.
     """
 
     drawing: Drawing
@@ -188,7 +188,7 @@ class State:
         self.pieces = np.ones(drawing.num_segments, np.int32)  # until they are chosen
 
     def fall_back(self) -> Fallback:
-        """Return what :meth:`restore` needs to come back to this point."""
+        """Return the state for :meth:`restore`."""
         points, colors = self.points.subset(slice(None)), self.colors.subset(slice(None))
         return Fallback(self.drawing, points, colors, self.fills.copy(), self.holds)
 

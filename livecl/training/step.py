@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One step of training: what a gradient does to the state, and what keeps outlines and their lines in order."""
+"""One step of training: Adam on points and colours, holding of locked layers, untangling, piece counts."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def untangles_now(state: State) -> bool:
 
 
 def untangle_outlines(state: State) -> None:
-    """Take the loops out of all outlines that may change; for Adam, what moves is new."""
+    """Take the loops out of all outlines that may change; Adam starts anew for changed segments."""
     drawing = state.drawing
     points, cubics, free = drawing.points.copy(), drawing.cubics, ~state.locked_segments
     runs = [subpath for subpath in drawing.subpaths() if free[subpath.start]]

@@ -122,7 +122,7 @@ def test_start_and_lock(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
     save_image("wide.png", np.ones((20, 90, 3)))
     assert "start: a canvas of 48x48 px" in refusal(capsys, "wide.png", *arguments[1:])
     assert "nothing-like-it" in refusal(capsys, *arguments, "--lock", "nothing-like-it")
-    assert "--lock: layers of what?" in refusal(capsys, "in/picture-0.png", "-o", "out.svg", "--lock", "0")
+    assert "--lock: names layers of a drawing" in refusal(capsys, "in/picture-0.png", "-o", "out.svg", "--lock", "0")
     assert "none.svg" in refusal(capsys, "in/picture-0.png", "-o", "out.svg", "--start", "none.svg")
 
 
@@ -208,7 +208,7 @@ def test_an_interrupted_batch_keeps_what_is_finished(folder: Path) -> None:
     os.killpg(process.pid, signal.SIGINT)
     stdout, stderr = process.communicate(timeout=60)
     assert (process.returncode, stdout) == (130, b"")
-    assert stderr == b"livecl: error: interrupted; what was finished is in out\n"
+    assert stderr == b"livecl: error: interrupted; finished pictures are in out\n"
     finished = svgs(Path("out"))
     assert finished and "zz-long" not in finished
     with Path("out/summary.csv").open(encoding="utf-8", newline="") as file:

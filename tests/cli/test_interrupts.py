@@ -87,7 +87,7 @@ def test_a_batch_that_is_terminated_keeps_what_is_finished(folder: Path) -> None
     process.send_signal(signal.SIGTERM)
     code, said = ended(process)
     assert code == 143
-    assert "livecl: error: terminated; what was finished is in svgs" in said and "Traceback" not in said
+    assert "livecl: error: terminated; finished pictures are in svgs" in said and "Traceback" not in said
     done = {file.name for file in folder.glob("svgs/*.svg")}
     assert all(name in Path("svgs/summary.csv").read_text(encoding="utf-8") for name in done)
 
@@ -166,8 +166,8 @@ def test_resuming(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         (["--checkpoint", "no/file"], "no/file: the folder "),
         (["--checkpoint", "cut"], "cut: is no checkpoint that can be read, and would be overwritten"),
         (["--checkpoint", "cut", "--resume"], "cut: is no checkpoint that can be read: "),
-        (["--resume", "--no-checkpoint"], "--resume: goes on from a checkpoint, and there is to be none"),
-        (["-o", "-", "--resume"], "--resume: goes on from a checkpoint, and there is to be none"),
+        (["--resume", "--no-checkpoint"], "--resume: needs a checkpoint; leave out --no-checkpoint"),
+        (["-o", "-", "--resume"], "--resume: needs a checkpoint; name one with --checkpoint"),
         (["--time-limit", "-1"], "--time-limit: got '-1', wanted a number of seconds"),
         (["--time-limit", "inf"], "--time-limit: got 'inf'"),
         (["--checkpoint-period", "often"], "--checkpoint-period: got 'often'"),

@@ -109,7 +109,7 @@ def test_a_start_of_other_proportions_is_refused() -> None:
         ({"size": -1}, "size: got -1"),
         ({"precision": 10}, "precision: got 10"),
         ({"layers": "groups"}, "layers: got 'groups', wanted 'inkscape' or 'plain'"),
-        ({"lock": (0,)}, "lock: layers of what"),
+        ({"lock": (0,)}, "lock: names layers of a drawing"),
         ({"lock": 3}, "lock: got 3, wanted numbers"),
         ({"start": start((24, 24)), "lock": (2,)}, "lock: got"),
         ({"start": start((24, 24)), "options": Options.released()}, "start: variant 'released'"),

@@ -128,7 +128,7 @@ def test_an_empty_start_is_none(device: int) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"lock": [0]}, r"^lock: layers of what\?"),
+        ({"lock": [0]}, r"^lock: names layers of a drawing"),
         ({"lock": [7]}, r"^lock: got \[7\], wanted numbers of the 3 layers"),
         ({"lock": [-1]}, r"^lock: got \[-1\], wanted numbers of the 3 layers of start, from 0 on"),
         ({"lock": ["a"]}, r"^lock: got"),
@@ -139,7 +139,7 @@ def test_an_empty_start_is_none(device: int) -> None:
 def test_what_cannot_be_started_from_is_named(
     drawing: Drawing, arguments: dict[str, Any], message: str, device: int
 ) -> None:
-    start = None if message.startswith("^lock: layers") else drawing
+    start = None if message.startswith("^lock: names layers") else drawing
     if arguments.pop("size", False):
         start = drawing.replace(size=(10, 30))
     with pytest.raises(ValueError, match=message):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The learning course: what is kept while a run goes on, and the films that are made of it."""
+"""The learning course: drawings kept during a run, and the films made of them."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def test_mp4(run: tuple[Course, Result], tmp_path: Path) -> None:
     flat = np.all(spread < 1e-6, axis=2)
     assert flat.mean() > 0.25
     for frame in (film[8], film[-1]):
-        # More than a block of 16 px from edges nothing rings: what is left is that luma and chroma are rounded to
+        # More than a block of 16 px from edges nothing rings: there only luma and chroma are rounded to
         # 8 bits of a limited range, and the colour made of the three.
         assert np.abs(frame - own)[flat].max() < 4 / 255
 

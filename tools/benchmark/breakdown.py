@@ -32,7 +32,7 @@ HOST_STEPS = (
     ("launch", "livecl.opencl.launcher", "Launcher.reserve"),
     ("wait and read", "livecl.opencl.launcher", "Launcher.read"),
 )
-#: Parts of a whole run, likewise; what is merged and pruned while a stage is closed is part of that.
+#: Parts of a whole run, likewise; merging and pruning while a stage is closed are part of that.
 RUN_PARTS = (
     ("placement", "livecl.run.phases", "place_paths"),
     ("iterations", "livecl.run.run", "Run.step"),
