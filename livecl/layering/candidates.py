@@ -29,23 +29,49 @@ BoolArray = NDArray[np.bool_]
 #: Subpaths (s, 3, 2) of a layer, px.
 Outline = list[FloatArray]
 
-#: Regions that are tried as they are for each new path; and how many are tried with an outline once one of them has
-#: lowered the error: until then all are.
-CANDIDATES, CLOSE_CANDIDATES = 12, 3
 #: Pixels under which a region is too small for its border to tell more than a circle of its area.
 SMALL_REGION = 12
-#: Safety factor on the subsampled gain estimate of a region.
-ROUGHNESS = 1.05
-#: Share of what a layer must remove to be kept that a new one must remove where it is placed: training makes more of
-#: it, most where edges are soft.
-WORTH_TRAINING = 0.2
-#: What each segment beyond `segments` must add: a share of the error removed or, if that is less, a squared error: half
-#: of a pixel that is wrong in one channel.
-GAIN_PER_SEGMENT, SEGMENT_ERROR = 0.001, 0.5
+#: Price of a segment, as squared error: half of a pixel that is wrong in one channel.
+SEGMENT_ERROR = 0.5
 #: Alpha under which a region counts as clear: no paint makes a picture clearer.
 CLEAR = 0.02
-#: Holes of a region that are looked at.
-MAX_HOLES = 8
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Search:
+    """Effort of the search for a new path, and what it asks of one.
+
+    What regions, depths and holes bring is in docs/quality.md, "Choices of the default method", measured with these
+    values; where no source is named, no comparison of other values is recorded.
+
+    Attributes
+    ----------
+    regions : int
+        Regions tried as they are for each new path.
+    outlined : int
+        Regions tried with an outline once one of them has lowered the error; until then all are.
+    holes : int
+        Largest holes of a region that are tried.
+    roughness : float
+        Safety factor on the subsampled gain estimate of a region.
+    worth_training : float
+        New layers must remove this share of what `Options.prune` asks of a trained one: training makes more of them,
+        most where edges are soft. With 0.2 instead of 1, soft pictures on white end at .055 instead of .093 (mean error
+        x 1000), 40 faces at .470 instead of .475 (docs/notes/quality.md).
+    gain_per_segment : float
+        Share of the error removed that each segment beyond `Options.segments` must add, or `SEGMENT_ERROR` if that is
+        less.
+    """
+
+    regions: int = 12
+    outlined: int = 3
+    holes: int = 8
+    roughness: float = 1.05
+    worth_training: float = 0.2
+    gain_per_segment: float = 0.001
+
+
+SEARCH = Search()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,7 +139,7 @@ def region_candidates(
     """
     judge = _Judge(painting, options, rng, rasterizer, check)
     found = []
-    least = WORTH_TRAINING * options.prune * 3 * painting.target[..., 0].size
+    least = SEARCH.worth_training * options.prune * 3 * painting.target[..., 0].size
     for _ in range(count):
         best = judge.best(least)
         if best is None and len(painting.stack.order):
@@ -177,7 +203,7 @@ class _Judge:
         for number, guess in enumerate(sorted(guesses, key=lambda guess: -guess.gain)):
             # No outline is better than the region itself; and one that helps is looked for among all of them.
             most = least if best is None else best.trial.gain
-            if ROUGHNESS * guess.gain <= most or (best is not None and number >= CLOSE_CANDIDATES):
+            if SEARCH.roughness * guess.gain <= most or (best is not None and number >= SEARCH.outlined):
                 break
             self._check()
             candidate = guess.candidate or self._outlined(guess)
@@ -210,7 +236,7 @@ class _Judge:
 
     def _regions(self) -> Iterator[Region]:
         """Yield the regions to look at: those that hold most error, and are not clear."""
-        for region in self._finder.best(self._error, CANDIDATES):
+        for region in self._finder.best(self._error, SEARCH.regions):
             self._check()
             if len(region.color) == 3 or region.color[3] >= CLEAR:
                 yield region
@@ -247,7 +273,7 @@ class _Judge:
         """Return the region with those holes in which the picture is better as it is; None if there are none."""
         target, error = self._painting.target[window], self._error[window]
         opened = []
-        for hole in holes(mask, SMALL_REGION)[:MAX_HOLES]:
+        for hole in holes(mask, SMALL_REGION)[: SEARCH.holes]:
             painted = np.square(visible_error(target[hole] - color)).sum()
             if error[hole].sum() < painted:
                 opened.append(hole)
@@ -264,7 +290,7 @@ class _Judge:
         self._outlines[key] = outlines
         best, *others = self._candidates(outlines, guess.rgba)
         for candidate in others:
-            share = min(GAIN_PER_SEGMENT * best.trial.gain, SEGMENT_ERROR)
+            share = min(SEARCH.gain_per_segment * best.trial.gain, SEGMENT_ERROR)
             if candidate.trial.gain > best.trial.gain + share * (candidate.num_segments - best.num_segments):
                 best = candidate
         return best

@@ -15,7 +15,8 @@ from livecl.rendering.rasterizer import Rasterizer
 
 #: A layer counts as hidden if less than this share of its pixels is visible.
 HIDDEN_SHARE = 0.01
-#: Hidden layers are pruned below this multiple of `prune`: they only mend the rims of the layers above.
+#: Hidden layers are pruned below this multiple of `prune`: they only mend the rims of the layers above. With 10, 40
+#: faces have 260 instead of 264 layers at an error of .000532 instead of .000531 (docs/notes/quality.md).
 HIDDEN_FACTOR = 10
 
 

@@ -18,7 +18,8 @@ from livecl.training.state import State
 PIECES_PERIOD = 10
 #: Steps between two looks for outlines that cross themselves.
 UNTANGLE_PERIOD = 25
-#: Opacity from which on a fill is meant to be opaque.
+#: Opacity from which on a fill is meant to be opaque: paint starts so, and `opacity` "snap" makes it so; at no cost in
+#: error on faces (docs/notes/quality.md).
 OPAQUE_FROM = 0.9
 #: Steps over which the learning rate decays by the factor that the options name.
 DECAY_PERIOD = 500
