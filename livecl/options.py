@@ -276,7 +276,7 @@ PRESETS: dict[str, Callable[..., Options]] = {
     "released": Options.released,
     "diffvg": Options.diffvg,
     "icon": _kind(opacity="opaque", prune=2e-4),
-    "clipart": _kind(),
+    "clipart": _kind(prune=2e-5),
     "photo": _kind(),
     "draft": _kind(iterations=60, revisions=0),
 }

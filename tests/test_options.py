@@ -70,7 +70,7 @@ def test_presets_by_name() -> None:
         "released": Options.released(),
         "diffvg": Options.diffvg(),
         "icon": Options(opacity="opaque", prune=2e-4),
-        "clipart": Options(),
+        "clipart": Options(prune=2e-5),
         "photo": Options(),
         "draft": Options(iterations=60, revisions=0),
     }
