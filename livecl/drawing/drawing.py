@@ -131,6 +131,7 @@ class Drawing:
         background: ArrayLike | None = (1.0, 1.0, 1.0),
         stages: ArrayLike | None = None,
         names: Sequence[str] | None = None,
+        fills: Fills | None = None,
     ) -> Drawing:
         """Make a drawing from the outlines of its layers.
 
@@ -140,7 +141,7 @@ class Drawing:
             Subpaths of each layer, bottom first: closed runs of segments (anchor, handle, handle), px.
         colors : (N, 4) or (4,) array_like
             Straight RGBA in [0, 1] of each layer's fill, or of all.
-        size, background, stages, names
+        size, background, stages, names, fills
             As for :class:`Drawing`.
         """
         subpaths = [np.asarray(subpath, dtype=np.float64) for outline in outlines for subpath in outline]
@@ -153,6 +154,7 @@ class Drawing:
             layer_offsets=np.cumsum([0, *map(len, outlines)]),
             stages=stages,
             names=names,
+            fills=fills,
         )
 
     def subpaths(self, layer: int | None = None) -> list[slice]:

@@ -12,7 +12,7 @@ import warnings
 
 import numpy as np
 
-from livecl.drawing.drawing import Drawing
+from livecl.drawing import KINDS, Drawing, Fills
 from livecl.errors import SvgError, readable
 from livecl.geometry import bezier
 from livecl.svg.document import parse_document, read_document
@@ -28,10 +28,10 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     """Read an SVG of closed filled paths.
 
     Lines, quadratics, arcs and basic shapes become cubics; transforms are applied; a group's opacity goes into its
-    layers'; open subpaths are closed as filling does; even-odd fills are turned into equal nonzero ones where
-    possible; a canvas of a fractional size is rounded up. What a `Drawing` cannot represent (strokes, text, images,
-    gradients, clips, ...) is named, with counts, in one :class:`UserWarning`. A drawing saved by
-    :func:`livecl.svg.save_svg` is read back equal.
+    layers'; open subpaths are closed as filling does; even-odd fills are turned into equal nonzero ones where possible;
+    gradients keep their stops (a focal point beside the centre is approximated); a canvas of a fractional size is
+    rounded up. What a `Drawing` cannot represent (strokes, text, images, patterns, clips, ...) is named, with counts,
+    in one :class:`UserWarning`. A drawing saved by :func:`livecl.svg.save_svg` is read back equal.
 
     Parameters
     ----------
@@ -77,11 +77,29 @@ def _drawing(layers: list[Layer], size: tuple[float, float]) -> Drawing:
         background,
         stages=np.array([layer.stage for layer in layers], dtype=np.int32),
         names=[layer.name for layer in layers],
+        fills=_fills(layers),
+    )
+
+
+def _fills(layers: list[Layer]) -> Fills:
+    """Return what fills layers, its geometry rounded as coordinates are."""
+    geometry = np.zeros((len(layers), 3, 2))
+    for points, layer in zip(geometry, layers, strict=True):
+        if layer.gradient is not None:
+            points[: len(layer.gradient.points)] = np.round(layer.gradient.points, MAX_PRECISION) + 0.0
+    stops = [np.zeros((0, 5)) if layer.gradient is None else layer.gradient.stops for layer in layers]
+    packed = np.concatenate([np.zeros((0, 5)), *stops])
+    return Fills(
+        kinds=[0 if layer.gradient is None else KINDS.index(layer.gradient.kind) for layer in layers],
+        geometry=geometry,
+        stop_offsets=np.cumsum([0, *map(len, stops)]),
+        stop_positions=packed[:, 0],
+        stop_colors=packed[:, 1:],
     )
 
 
 def _is_background(layer: Layer, size: tuple[float, float]) -> bool:
-    if layer.identifier != "background" or layer.color[3] < 1 or len(layer.outline) != 1:
+    if layer.identifier != "background" or layer.gradient is not None or layer.color[3] < 1 or len(layer.outline) != 1:
         return False
     x0, y0, x1, y1 = layer.bounds
     covers = max(x0, y0) <= NO_PIXEL and x1 >= size[0] - NO_PIXEL and y1 >= size[1] - NO_PIXEL

@@ -11,8 +11,9 @@ import pytest
 from numpy.typing import ArrayLike
 from support.svg_documents import document, read
 
+from livecl.drawing import LINEAR, RADIAL
 from livecl.errors import SvgError
-from livecl.svg import gradients, read_svg
+from livecl.svg import format_svg, gradients, quantize, read_svg
 from livecl.svg.document import parse_document
 from livecl.svg.gradients import Gradient
 from livecl.svg.layer import Layer, LeftOut
@@ -29,9 +30,9 @@ def walked(body: str) -> tuple[list[Layer], LeftOut]:
 
 
 def gradient(body: str, said: Sequence[str] = ()) -> Gradient:
-    """Return the gradient of the first layer; nothing is said of it but that it is read as one colour, and `said`."""
+    """Return the gradient of the first layer; nothing is said of it but `said`."""
     layers, left_out = walked(body)
-    assert sorted(left_out) == sorted(["gradient fills, read as one colour", *said])
+    assert sorted(left_out) == sorted(said)
     assert layers[0].gradient is not None
     return layers[0].gradient
 
@@ -187,12 +188,18 @@ def test_focal_points_are_approximated_and_the_error_is_said() -> None:
     assert errors[-1] < 0.1
 
 
-def test_gradients_read_as_one_colour_say_how_far_off_they_are() -> None:
-    """From black to white along a square, the mean is grey, and off by 1 / sqrt(12) in three of four channels."""
-    stops = '<stop offset="0"/><stop offset="1" stop-color="white"/>'
-    with pytest.warns(UserWarning, match=r"gradient fills, read as one colour \(1, off by 0\.26 at most\)"):
-        drawing = read_svg(document(linear(stops=stops) + RECT.format("")))
-    np.testing.assert_allclose(drawing.colors, [[0.5, 0.5, 0.5, 1]])
+def test_gradients_are_read_as_fills_and_saved_ones_equal() -> None:
+    rects = RECT.format("") + RECT.format(' id="second"').replace("#g", "#h")
+    drawing = read_svg(document(linear() + radial('r=".4"').replace('"g"', '"h"') + rects))
+    np.testing.assert_array_equal(drawing.fills.kinds, [LINEAR, RADIAL])
+    np.testing.assert_allclose(drawing.fills.geometry[0], [(10, 20), (50, 20), (0, 0)])
+    np.testing.assert_allclose(drawing.fills.geometry[1], [(30, 45), (46, 45), (30, 65)])
+    np.testing.assert_allclose(drawing.fills.stop_colors, [RED, BLUE] * 2)
+    for precision in (0, 3, 9):
+        saved = quantize(drawing.replace(fills=drawing.fills.stretched((1.37, 0.9), (0.123456, 2))), precision)
+        again = read_svg(format_svg(saved, precision).encode())
+        for name in ("kinds", "geometry", "stop_offsets", "stop_positions", "stop_colors"):
+            np.testing.assert_array_equal(getattr(again.fills, name), getattr(saved.fills, name), err_msg=name)
 
 
 def test_servers_that_are_not_there() -> None:
