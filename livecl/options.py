@@ -75,10 +75,10 @@ class Options:
         5e-6,
         "Layers without which the mean squared error rises by less than this are dropped at the end",
     )
-    target_mse: float = _option(0.0, "Mean squared error at which no further stage is begun; 0 for none")
+    target_mse: float = _option(0.0, "Visible mean squared error at which the run ends; 0 for none")
     path_gain: float = _option(
         0.0,
-        "Least fall of the mean squared error for each path that a stage adds: after a stage that gave less no "
+        "Least fall of the visible mean squared error for each path that a stage adds: after a stage that gave less no "
         "further one is begun, and at the end layers worth less are dropped. 0 for none",
     )
     untangle: bool = _option(True, "Whether outlines that cross themselves lose their loops in the course of a stage")

@@ -39,7 +39,8 @@ class Result:
     drawing : Drawing
         The drawing as it is saved: colours of 8 bits, coordinates rounded.
     mse : float
-        Mean over pixels and RGB of the squared difference from the target, in the program's own render.
+        Mean of the squared difference from the target, in the program's own render, over pixels and channels: RGB, or
+        premultiplied RGBA where the drawing has no background.
     stages : tuple of Stage
         Outcome of each stage.
     seconds, compile_seconds : float

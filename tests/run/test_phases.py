@@ -22,7 +22,7 @@ from livecl.run.run import Run
 from livecl.training.state import FREE, KEPT, LOCKED
 from livecl.views.course import Course
 
-QUICK = Options(iterations=1, prune=0.0)
+QUICK = Options(placement="region", iterations=1, prune=0.0)
 
 
 def started(holds: list[int], device: int, **changes: Any) -> Run:
@@ -31,7 +31,9 @@ def started(holds: list[int], device: int, **changes: Any) -> Run:
     colors = [(0.9, 0.2, 0.1, 1), (0.1, 0.3, 0.8, 1), (0.2, 0.7, 0.3, 1), (0.95, 0.95, 0.95, 1)]
     drawing = build([([shape], color) for shape, color in zip(shapes, colors, strict=True)], (24, 24))
     drawing = drawing.replace(stages=[0, 1, 1, 1])
-    state = State.start(empty_drawing((24, 24)), Options(iterations=1, prune=0.0, **changes), (1, 3), 0)
+    state = State.start(
+        empty_drawing((24, 24)), Options(placement="region", iterations=1, prune=0.0, **changes), (1, 3), 0
+    )
     state.add(drawing, np.arange(4))
     state.holds, state.stage, state.asked = np.array(holds, np.int8), 2, holds.count(FREE)
     run = Run(SMALL, state, device)
@@ -71,7 +73,7 @@ def test_the_plan_of_a_schedule() -> None:
 def test_growth_ends_where_paths_gain_too_little_and_all_where_the_error_is_low(
     errors: list[float], reached: list[int], device: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    options = Options(iterations=1, path_gain=0.0199, target_mse=0.01, revisions=2)
+    options = Options(placement="region", iterations=1, path_gain=0.0199, target_mse=0.01, revisions=2)
     run = new_run(options, (1, 2, 3, 1), device)
     scripted(run, errors, monkeypatch)
     stages = []
@@ -85,8 +87,8 @@ def test_growth_ends_where_paths_gain_too_little_and_all_where_the_error_is_low(
 
 
 def test_a_refinement_does_not_end_growth(device: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    start = vectorize(SMALL, 1, options=Options(iterations=1, revisions=0), device=device).drawing
-    options = Options(iterations=1, path_gain=0.5, revisions=1)
+    start = vectorize(SMALL, 1, options=Options(placement="region", iterations=1, revisions=0), device=device).drawing
+    options = Options(placement="region", iterations=1, path_gain=0.5, revisions=1)
     run = Run(SMALL, State.start(start, options, (0, 2), 0), device)
     scripted(run, [0.3, 0.2, 0.3], monkeypatch)
     assert not end_of_phase(run), "it was worse than before"
@@ -102,7 +104,7 @@ def test_no_path_worth_placing_leaves_out_the_stages_left(place: int, device: in
     result = vectorize(
         picture,
         schedule=[1, 2, 3],
-        options=Options(iterations=30, revisions=1, prune=1e-3),
+        options=Options(placement="region", iterations=30, revisions=1, prune=1e-3),
         device=device,
         on_step=steps.append,
     )
@@ -192,8 +194,14 @@ def test_revisions_merge_every_other_time_that_they_fail(
 
 
 def test_new_layers_are_labelled_with_their_stage(device: int) -> None:
-    start = vectorize(SMALL, 1, options=Options(iterations=1, revisions=0), device=device).drawing.replace(stages=[4])
-    run = Run(SMALL, State.start(start, Options(iterations=1, revisions=1, prune=0.0), (0, 1, 1), 0), device)
+    start = vectorize(
+        SMALL, 1, options=Options(placement="region", iterations=1, revisions=0), device=device
+    ).drawing.replace(stages=[4])
+    run = Run(
+        SMALL,
+        State.start(start, Options(placement="region", iterations=1, revisions=1, prune=0.0), (0, 1, 1), 0),
+        device,
+    )
     for _ in range(3):
         end_of_phase(run)
     assert sorted(run.state.drawing.stages) == [4, 5, 6]
@@ -203,10 +211,12 @@ def test_new_layers_are_labelled_with_their_stage(device: int) -> None:
 
 def test_the_outcome_is_pruned_and_merged_when_all_is_done(device: int) -> None:
     run = started([FREE] * 4, device, merge=False)
-    run.state.options = Options(iterations=1, prune=1e-4, merge=False, revisions=8)
+    run.state.options = Options(placement="region", iterations=1, prune=1e-4, merge=False, revisions=8)
     assert run.outcome().num_layers == 4
     run.state.stage = len(run.plan)
     assert run.outcome().num_layers == 3
+    run.state.options = Options(placement="region", iterations=1, prune=0.0, path_gain=1e-4, merge=False, revisions=8)
+    assert run.outcome().num_layers == 3, "a path must be worth it wherever it comes from"
     run.state.holds[3] = KEPT
     assert run.outcome().num_layers == 4
 
@@ -228,7 +238,7 @@ class Watcher:
 
 def test_callbacks_are_told_what_was_decided(device: int) -> None:
     watcher = Watcher()
-    options = Options(iterations=15, revisions=8)
+    options = Options(placement="region", iterations=15, revisions=8)
     run = new_run(options, (1, 2), device, three_shapes())
     train(run, watcher)
     names, kept, errors = zip(*watcher.ends, strict=True)
@@ -245,7 +255,7 @@ def test_films_of_transparent_pictures_show_what_was_kept(seed: int, device: int
     picture: NDArray[np.float64] = np.kron(rng.uniform(size=(4, 4, 4)), np.ones((8, 8, 1)))
     watcher = Watcher()
     course = Course(1, on_step=watcher)
-    options = Options(iterations=6, revisions=6)
+    options = Options(placement="region", iterations=6, revisions=6)
     vectorize(picture, schedule=(1, 2), options=options, device=device, on_step=course)
     kept = {int(name.split()[1]) + 1 for name, was_kept, _ in watcher.ends[2:] if was_kept}
     assert {frame.stage for frame in course.frames} == {0, 1} | kept
@@ -258,10 +268,10 @@ def test_films_of_transparent_pictures_show_what_was_kept(seed: int, device: int
 def test_decisions_compare_the_visible_error(device: int) -> None:
     # Without a background, errors of alpha are seen in three channels: the visible error is larger than the mean.
     picture = np.dstack([SMALL, np.linspace(0, 1, 24)[:, None] * np.ones((24, 24))])
-    run = new_run(Options(iterations=5, revisions=0), (2,), device, picture)
+    run = new_run(Options(placement="region", iterations=5, revisions=0), (2,), device, picture)
     run.begin()
     between = float(np.sqrt(run.mse(run.state.drawing) * run.visible_mse(run.state.drawing)))
     assert run.mse(run.state.drawing) != pytest.approx(run.visible_mse(run.state.drawing), rel=0.05)
-    run.state.options = Options(iterations=5, revisions=0, target_mse=between)
+    run.state.options = Options(placement="region", iterations=5, revisions=0, target_mse=between)
     run.end()
     assert run.state.error == run.visible_mse(run.state.drawing)
