@@ -30,7 +30,7 @@ DESCRIPTION = """\
 Interpolate between two drawings: SVGs, or pictures that are vectorized first.
 
 Control points and colours of the layers that belong together are interpolated linearly. B is scaled to the canvas of A
-where they differ.
+where they differ; where only one has a background, both get it.
 """
 EPILOG = """\
 examples:
@@ -83,6 +83,12 @@ def work(argv: Sequence[str] | None) -> None:
     a, b = (read_drawing(path, arguments) for path in (arguments.a, arguments.b))
     if b.size != a.size:
         b = fit_canvas(b, a.size)
+    if a.background is None and b.background is not None:
+        inform(f"{arguments.a} has no background, and gets that of {arguments.b}", arguments)
+        a = a.replace(background=b.background)
+    elif b.background is None and a.background is not None:
+        inform(f"{arguments.b} has no background, and gets that of {arguments.a}", arguments)
+        b = b.replace(background=a.background)
     try:
         places = np.linspace(0, 1, arguments.frames).tolist()
         drawings = livecl.interpolate(a, b, places, match=arguments.match, lone=arguments.lone)

@@ -97,8 +97,19 @@ def test_other_canvas_is_scaled(folder: Path) -> None:
     np.testing.assert_allclose(livecl.read_svg("out/frame-02.svg").points, interpolate(A, B, 1).points, atol=1e-3)
 
 
-def test_refusals(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("ends", [("a.svg", "clear.svg"), ("clear.svg", "a.svg")])
+def test_a_lone_background_is_that_of_both(
+    folder: Path, capsys: pytest.CaptureFixture[str], ends: tuple[str, str]
+) -> None:
+    A.replace(background=(0.2, 0.4, 0.6)).save_svg("a.svg")
     B.replace(background=None).save_svg("clear.svg")
+    assert interpolation.main([*ends, "--frames", "3", "-o", "out"]) == 0
+    assert "clear.svg has no background, and gets that of a.svg\n" in capsys.readouterr().err
+    for number in (1, 2, 3):
+        np.testing.assert_allclose(livecl.read_svg(f"out/frame-{number:02}.svg").background, (0.2, 0.4, 0.6))
+
+
+def test_refusals(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("file").write_text("no picture", encoding="utf-8")
     cases = {
         "there is no such file|No such file": ["none.svg", "b.svg", "-o", "out.svg"],
@@ -109,7 +120,6 @@ def test_refusals(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         "a.svg: is an input and would be overwritten": ["a.svg", "b.svg", "-o", "a.svg"],
         "--frames: got '1', wanted a whole number of at least 2": ["a.svg", "b.svg", "-o", "o.svg", "--frames", "1"],
         "--seconds: got 'inf'": ["a.svg", "b.svg", "-o", "out.svg", "--seconds", "inf"],
-        "one drawing has a background": ["a.svg", "clear.svg", "-o", "out.svg"],
         "device 'warp' names no device": ["a.svg", "b.svg", "-o", "out.gif", "--device", "warp"],
         "the following arguments are required": ["a.svg", "-o", "out.svg"],
     }
