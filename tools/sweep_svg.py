@@ -90,7 +90,8 @@ def resized(drawing: Drawing, size: tuple[int, int]) -> Drawing:
     """Return a drawing scaled to a canvas of `size` (height, width), px."""
     if np.abs(np.subtract(drawing.size, size)).max() <= 1:
         return drawing
-    return drawing.replace(points=drawing.points * (size[1] / drawing.size[1], size[0] / drawing.size[0]), size=size)
+    factors = size[1] / drawing.size[1], size[0] / drawing.size[0]
+    return drawing.replace(points=drawing.points * factors, size=size, fills=drawing.fills.stretched(factors))
 
 
 def outcome(path: Path) -> Outcome:

@@ -14,12 +14,14 @@ import math
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 
 #: Most repeats of a gradient that are written out as stops.
 MAX_REPEATS = 64
+#: Shortest linear gradient that is not taken for an edge, px.
+MIN_LENGTH = 1e-6
 #: Points a side of the grid on which gradients are compared.
 _GRID = 32
 #: Shares of the way from the focal point to the centre where a concentric gradient may have its centre.
@@ -78,7 +80,14 @@ def linear(ends: FloatArray, matrix: FloatArray, stops: FloatArray) -> Gradient 
         return None
     g = along @ inverse[:2, :2] / (along @ along)
     start = matrix[:2, :2] @ ends[0] + matrix[:2, 2]
-    return Gradient(kind="linear", points=np.stack([start, start + g / (g @ g)]), stops=stops)
+    size = float(np.sqrt(g @ g))
+    if not (np.isfinite(start).all() and 0 < size < math.inf):
+        return None
+    if size * MIN_LENGTH > 1:  # so short that it is an edge, from the first colour to the last
+        stops = stops.copy()
+        stops[:, 0] = 0
+        return Gradient(kind="linear", points=np.stack([start, start + g / size]), stops=stops)
+    return Gradient(kind="linear", points=np.stack([start, start + g / size**2]), stops=stops)
 
 
 def radial(circle: FloatArray, matrix: FloatArray, stops: FloatArray) -> Gradient | None:
@@ -135,6 +144,23 @@ def padded(gradient: Gradient, spread: str, bounds: FloatArray) -> tuple[Gradien
     else:
         points = origin + high * reach
     return dataclasses.replace(gradient, points=points, stops=without_needless(np.concatenate(periods))), exact
+
+
+def within(gradient: Gradient, bounds: FloatArray) -> Gradient:
+    """Return a linear gradient that starts and ends where the bounds (4,) do, and looks the same within them."""
+    x0, y0, x1, y1 = bounds
+    t = gradient.places(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
+    low, high = float(t.min()), float(t.max())
+    inside = gradient.stops[(gradient.stops[:, 0] > low) & (gradient.stops[:, 0] < high)]
+    colors = gradient.colors(np.array([low, high]))
+    stops = np.concatenate([[[low, *colors[0]]], inside, [[high, *colors[1]]]])
+    stops[:, 0] = ((stops[:, 0] - low) / (high - low)).clip(0, 1)
+    along = gradient.points[1] - gradient.points[0]
+    center = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
+    at = float(gradient.places(center))
+    return dataclasses.replace(
+        gradient, points=np.stack([center + (low - at) * along, center + (high - at) * along]), stops=stops
+    )
 
 
 def without_needless(stops: FloatArray) -> FloatArray:
@@ -223,9 +249,12 @@ def _premultiplied(rgba: FloatArray) -> FloatArray:
     return np.concatenate([rgba[..., :3] * rgba[..., 3:], rgba[..., 3:]], axis=-1)
 
 
+def is_flat(axes: ArrayLike) -> bool:
+    """Return whether a (2, 2) matrix maps the plane to a line, or nearly, or to nowhere."""
+    axes = np.asarray(axes, dtype=np.float64)
+    return not (np.isfinite(axes).all() and abs(np.linalg.det(axes)) > 1e-12 * np.abs(axes).max() ** 2)
+
+
 def _inverse(matrix: FloatArray) -> NDArray[Any] | None:
-    """Return the inverse of an affine matrix; None where it maps the plane to a line, or nearly."""
-    scale = np.abs(matrix[:2, :2]).max()
-    if not np.isfinite(matrix).all() or abs(np.linalg.det(matrix[:2, :2])) <= 1e-12 * scale**2:
-        return None
-    return np.linalg.inv(matrix)
+    """Return the inverse of an affine matrix (3, 3); None where there is none, or nearly."""
+    return None if is_flat(matrix[:2, :2]) or not np.isfinite(matrix).all() else np.linalg.inv(matrix)

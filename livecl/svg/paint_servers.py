@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.colors import Rgba, parse_rgba
+from livecl.drawing.fills import MAX_COORDINATE
 from livecl.geometry import bezier
 from livecl.svg import gradients
 from livecl.svg.coordinates import Units, length_in_pixels, transform_matrix, translation
@@ -101,8 +102,7 @@ class PaintServers:
         stops[:, 4] = [as_saved(opacity) for opacity in stops[:, 4].tolist()]
         red, green, blue, alpha = stops[-1, 1:].tolist()
         last: Rgba = (red, green, blue, alpha)
-        stops = gradients.without_needless(stops)
-        if len(stops) == 1 or all(np.array_equal(stop, stops[0, 1:]) for stop in stops[1:, 1:]):
+        if all(np.array_equal(stop, stops[0, 1:]) for stop in stops[1:, 1:]):
             return last
         gradient = self._placed(chain, stops, shape)
         if gradient is None or isinstance(gradient, Gradient):
@@ -214,6 +214,12 @@ class PaintServers:
         gradient, exact = gradients.padded(gradient, spread, bounds)
         if not exact:
             self._left_out[f"gradients of more than {gradients.MAX_REPEATS} repeats"] += 1
+        if (
+            np.abs(gradient.points).max() > MAX_COORDINATE
+            and gradient.kind == "linear"
+            and (bounds[2:] > bounds[:2]).all()
+        ):
+            gradient = gradients.within(gradient, bounds)
         return gradient
 
     def _radial(

@@ -9,7 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.colors import format_rgb
-from livecl.drawing.fills import LINEAR, POSITION_DECIMALS
+from livecl.drawing.fills import LINEAR, POSITION_DECIMALS, SOLID, Fills
+from livecl.svg.gradients import is_flat
+
+FloatArray = NDArray[np.float64]
 
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
@@ -48,6 +51,40 @@ def format_gradients(drawing: Drawing, ids: list[str], precision: int) -> dict[i
             known[content] = PaintServer(identifier, element)
         servers[layer] = known[content]
     return servers
+
+
+def without_plain_gradients(fills: Fills, colors: FloatArray) -> tuple[Fills, FloatArray]:
+    """Return fills whose gradients of one colour are solid, as SVG shows them, and the layers' colours.
+
+    A gradient without extent shows its last stop's colour. An SVG of it could not be read back as it was.
+
+    Parameters
+    ----------
+    fills : Fills
+        Quantized.
+    colors : (N, 4)
+        Straight RGBA of each layer.
+    """
+    plain = np.zeros(len(fills), dtype=bool)
+    colors = colors.copy()
+    for layer in fills.gradient_layers.tolist():
+        stops, points = fills.stop_colors[fills.stops(layer)], fills.geometry[layer]
+        flat = (points[0] == points[1]).all() if fills.kinds[layer] == LINEAR else is_flat(points[1:] - points[0])
+        if flat or (stops == stops[0]).all():
+            plain[layer] = True
+            colors[layer] = stops[-1]
+    if not plain.any():
+        return fills, colors
+    counts = np.where(plain, 0, np.diff(fills.stop_offsets))
+    rows = ~plain[fills.stop_layers]
+    kept = Fills(
+        kinds=np.where(plain, SOLID, fills.kinds),
+        geometry=fills.geometry,
+        stop_offsets=np.cumsum([0, *counts]),
+        stop_positions=fills.stop_positions[rows],
+        stop_colors=fills.stop_colors[rows],
+    )
+    return kept, colors
 
 
 def _geometry(drawing: Drawing, layer: int, precision: int) -> tuple[str, str]:

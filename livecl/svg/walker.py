@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.colors import Rgba
+from livecl.drawing.fills import MAX_COORDINATE
 from livecl.geometry import bezier
 from livecl.svg import path_data, shapes
 from livecl.svg.conditions import is_shown
@@ -240,16 +241,18 @@ class Walker:
             if not equal:
                 self.left_out["even-odd fills of crossing outlines"] += 1
         name = layer_name(element, identifier)
-        gradient = fill if isinstance(fill, Gradient) else None
-        color = self._mean_color(fill, outline) if isinstance(fill, Gradient) else fill
+        gradient, color = self._held(fill, outline) if isinstance(fill, Gradient) else (None, fill)
         self.layers.append(
             Layer(outline=outline, color=color, stage=here.stage, identifier=identifier, name=name, gradient=gradient)
         )
 
-    def _mean_color(self, gradient: Gradient, outline: list[FloatArray]) -> Rgba:
-        """Return the one colour that stands for a gradient where one is asked for."""
-        (red, green, blue, alpha), _ = mean_color(gradient, bezier.curve_bounds(np.concatenate(outline)))
-        return red, green, blue, alpha
+    def _held(self, gradient: Gradient, outline: list[FloatArray]) -> tuple[Gradient | None, Rgba]:
+        """Return a gradient if a drawing can hold it, and the colour nearest to it, for one that is too far away."""
+        (red, green, blue, alpha), difference = mean_color(gradient, bezier.curve_bounds(np.concatenate(outline)))
+        if np.abs(gradient.points).max() <= MAX_COORDINATE:
+            return gradient, (red, green, blue, alpha)
+        self.left_out.approximate("gradients too far away, read as one colour", difference)
+        return None, (red, green, blue, alpha)
 
     def _fill(self, outline: list[FloatArray], here: _Context) -> Gradient | Rgba | None:
         """Return the fill of an outline in user units: a gradient, straight RGBA, or nothing."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from livecl.drawing.colors import format_rgb
 from livecl.files import write_atomically
-from livecl.svg.servers import PaintServer, format_decimal, format_gradients
+from livecl.svg.servers import PaintServer, format_decimal, format_gradients, without_plain_gradients
 
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
@@ -44,15 +44,17 @@ def quantize(drawing: Drawing, precision: int = 3) -> Drawing:
     Returns
     -------
     Drawing
-        Colours, opacities and background at multiples of 1/255, points at multiples of ``10**-precision``.
+        Colours, opacities, stops and background at multiples of 1/255, points of outlines and gradients at multiples of
+        ``10**-precision``; gradients that are of one colour then, or without extent, are solid.
     """
     if precision not in range(MAX_PRECISION + 1):
         raise ValueError(f"precision: got {precision!r}, wanted 0 to {MAX_PRECISION} decimals")
+    fills, colors = without_plain_gradients(drawing.fills.quantized(int(precision)), drawing.colors)
     return drawing.replace(
         points=np.round(drawing.points, int(precision)) + 0.0,  # turns -0 into 0
-        colors=np.round(drawing.colors * 255) / 255,
+        colors=np.round(colors * 255) / 255,
         background=None if drawing.background is None else np.round(drawing.background * 255) / 255,
-        fills=drawing.fills.quantized(int(precision)),
+        fills=fills,
     )
 
 

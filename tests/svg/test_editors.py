@@ -14,6 +14,8 @@ from support import chromium, shapes
 
 import livecl
 from livecl import Drawing, Options
+from livecl.drawing import Fills
+from livecl.drawing.fills import concatenate_fills
 from livecl.svg import LayerStyle, format_svg, quantize, save_svg
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -96,6 +98,33 @@ def check_chromium(drawing: Drawing, layers: LayerStyle, path: Path) -> None:
 @pytest.mark.parametrize("layers", ["inkscape", "plain"])
 def test_shown_by_chromium(layers: LayerStyle, tmp_path: Path) -> None:
     check_chromium(sample(), layers, tmp_path / "sample.svg")
+
+
+def shaded() -> Drawing:
+    """Return `sample` with gradients: linear, of a translucent stop; radial, of an ellipse; and a solid layer."""
+    fills = [
+        Fills.linear((60, 50), (180, 170), [(0.1, 0.4, 0.8, 1), (0.9, 0.9, 0.2, 1), (0.5, 0, 0.1, 1)], [0.1, 0.4, 0.9]),
+        Fills.radial((80, 150), (140, 160), (70, 190), [(1, 1, 1, 1), (0.9, 0.3, 0.1, 0.2)]),
+        Fills.solid(1),
+        Fills.radial((170, 180), (210, 180), (170, 220), [(0.6, 0.2, 0.7, 0.8), (0, 0, 0, 1)]),
+    ]
+    return quantize(sample().replace(fills=concatenate_fills(fills)))
+
+
+@pytest.mark.parametrize("layers", ["inkscape", "plain"])
+def test_gradients_shown_by_chromium(layers: LayerStyle, tmp_path: Path) -> None:
+    check_chromium(shaded(), layers, tmp_path / "shaded.svg")
+
+
+def test_gradients_saved_again_by_inkscape(tmp_path: Path) -> None:
+    """Inkscape writes eight significant digits, and opacities with fewer."""
+    drawing, source, target = shaded(), tmp_path / "in.svg", tmp_path / "out.svg"
+    save_svg(drawing, source)
+    inkscape("--export-type=svg", f"--export-filename={target}", str(source))
+    back = livecl.read_svg(target).fills
+    np.testing.assert_array_equal(back.kinds, drawing.fills.kinds)
+    for name in ("geometry", "stop_positions", "stop_colors"):
+        np.testing.assert_allclose(getattr(back, name), getattr(drawing.fills, name), atol=1e-4)
 
 
 @pytest.mark.parametrize("name", ["face", "logo"])

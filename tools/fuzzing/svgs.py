@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import random
 from pathlib import Path
 
@@ -246,6 +247,9 @@ def same(wanted: Drawing, got: Drawing, *, with_stages: bool) -> None:
     ):
         one, other = getattr(wanted, name), getattr(got, name)
         assert (one is None) == (other is None) and (one is None or np.array_equal(one, other)), f"{name} changed"
+    for field in dataclasses.fields(wanted.fills):
+        one, other = getattr(wanted.fills, field.name), getattr(got.fills, field.name)
+        assert np.array_equal(one, other), f"fills.{field.name} changed"
     assert got.labels == wanted.labels, (got.labels, wanted.labels)
 
 
