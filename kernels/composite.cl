@@ -148,7 +148,7 @@ inline Color kept_color(const Stack *stack, int column, __global const realv *d_
     return color;
 }
 
-// Run after run, the topmost first: what its layers cover is found from the colour kept below it, and the gradient goes on
+// Run after run, the topmost first: its layers are composited from the colour kept below it, and the gradient goes on
 // down from where the layers above left it.
 inline void tile_backward(Site site, int bottom, const Objective *objective, __global realv *d_coverage, __global real4 *d_colors,
                           __global real *d_fills, __global real *d_tile)

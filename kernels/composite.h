@@ -66,7 +66,7 @@ inline int site_tile(Site site, int span_id)
 }
 
 // Leave out hidden layers: all below the num_opaque-th layer from the top that is opaque all over the tile. For colours
-// one such layer is enough; the gradient of its opacity needs what it hides, down to the next.
+// one such layer is enough; the gradient of its opacity needs the layers below, down to the next.
 inline Site site_at(__global const real *params, __global const int4 *spans, __global const int *strip_offsets,
                     __global const int *tile_state, __global const realv *area, int strip, int tile, int num_opaque)
 {
@@ -146,7 +146,7 @@ inline Paint layer_paint(Site site, int layer, int column)
 }
 #endif
 
-// Composite the stack over `color` in one column of the tile; `below` (may be null) receives what each layer covers.
+// Composite the stack over `color` in one column of the tile; `below` (may be null) receives the colours below.
 inline void stack_forward(Site site, const Stack *stack, int column, Color *color, Color *below)
 {
     for (int i = stack->begin; i < DEPTH; i++) {

@@ -93,7 +93,7 @@ inline Paint fill_paint(__global const real *params, __global const real *fill, 
     return paint;
 }
 
-// What a layer's stops and geometry receive in a tile from d, (TILE, 4), into a record.
+// Gradient of a layer's stops and geometry in a tile from d, (TILE, 4), into a record.
 inline void fill_backward(__global const real *params, __global const real *fill, real column, realv rows,
                           realv d[TILE][4], __global real *record)
 {

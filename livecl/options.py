@@ -18,7 +18,7 @@ from livecl.image.background import check_background
 #: Fall of the mean squared error that a path must be worth where the number of paths is left to the program. A black
 #: dot of one pixel on white, at 240 x 240, is worth 1.7e-5.
 AUTO_PATH_GAIN = 1e-5
-#: What is wanted where something else was given, in messages.
+#: Expectations in messages on wrong arguments.
 WANTED_OPTIONS = "livecl.Options, as Options() or Options.preset('icon')"
 
 

@@ -19,14 +19,14 @@ from livecl.views.films import save_gif
 from livecl.views.frames import SHORTEST_FRAME, render_frames
 
 FORMATS = "OUT.svg: animated; OUT.gif; OUT.png: side by side; a folder: numbered SVGs"
-#: What lies between pictures that are side by side: px, and grey level.
+#: Gap between pictures side by side: px, and grey level.
 GAP, GAP_LEVEL = 2, 0.8
 
 
 def add_output_arguments(parser: argparse.ArgumentParser, seconds: float) -> None:
-    """Add the arguments that say what is written."""
+    """Add the arguments of the output."""
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="OUT", help=FORMATS)
-    group = parser.add_argument_group("what is written")
+    group = parser.add_argument_group("output")
     group.add_argument(
         "--seconds",
         type=number(SHORTEST_FRAME),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands share: a parser, kinds of arguments, input that is refused in one line, exit codes."""
+"""Shared parts of the commands: parser, types of arguments, refusal of bad input in one line, exit codes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 class BadInputError(ValueError):
-    """What is asked for cannot be done; the message is one line for the user."""
+    """Bad input; the message is one line for the user."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -101,7 +101,7 @@ def read_drawing(path: Path, arguments: argparse.Namespace) -> livecl.Drawing:
         return read_input(livecl.read_svg, path)
     image = read_input(livecl.read_image, path)
     options, schedule = method(arguments)
-    options = dataclasses.replace(options, holes=False)  # a hole shows what lies below: two things in one layer
+    options = dataclasses.replace(options, holes=False)  # through a hole the layer below shows: two shapes in one layer
     with RunProgress(quiet=arguments.quiet) as progress:
         result = livecl.vectorize(
             image,
@@ -139,7 +139,7 @@ def inform(message: str, arguments: argparse.Namespace) -> None:
 
 
 def run(command: str, work: Callable[[Sequence[str] | None], None], argv: Sequence[str] | None) -> int:
-    """Do a command's work and return its exit code; what goes wrong is told in one line."""
+    """Do a command's work and return its exit code; errors are shown in one line."""
     try:
         work(argv)
     except BadInputError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Fills`: what each layer of a drawing is filled with, a colour or a linear or radial gradient, in packed arrays."""
+"""`Fills`: the fill of each layer of a drawing, a colour or a linear or radial gradient, in packed arrays."""
 
 from __future__ import annotations
 

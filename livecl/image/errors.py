@@ -7,8 +7,9 @@ black and of a white background, the mean of its square is
 
     1/2 e_i^2 + 1/2 (e_i - e_a)^2 = (e_i - e_a / 2)^2 + e_a^2 / 4;
 
-summed over R, G and B it is |E|^2 with E_i = e_i - e_a / 2 and E_a = sqrt(3) / 2 e_a. This is what a run minimizes
-(kernels/composite.cl) and decides by; errors in alpha weigh more in it than in |e|^2, as they show in three channels.
+summed over R, G and B it is |E|^2 with E_i = e_i - e_a / 2 and E_a = sqrt(3) / 2 e_a. A run minimizes it
+(kernels/composite.cl) and decides by it; errors in alpha weigh more in it than in |e|^2, as they show in three
+channels.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ def place_paths(
     rasterizer: Rasterizer,
     check: Callable[[], None] = lambda: None,
 ) -> Placement:
-    """Return up to `count` new layers for what a drawing still lacks of the target; fewer regions may be worth one.
+    """Place up to `count` new layers where a drawing differs from the target; fewer regions may be worth one.
 
     Parameters
     ----------

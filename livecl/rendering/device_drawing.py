@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is on the device: a drawing's numbers, its outlines as lines, and the tiles that they may touch."""
+"""A drawing on the device: its numbers, its outlines as lines, and the tiles that they may touch."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _OUTWARDS = np.array([1.0, 1.0, -1.0, -1.0])
 
 
 class Use(NamedTuple):
-    """What outlines are flattened for.
+    """Purpose of flattening: coverage or distances.
 
     Attributes
     ----------

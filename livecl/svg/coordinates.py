@@ -118,7 +118,7 @@ def transform_matrix(
     viewport : (float, float)
         Width and height that percentages refer to, px.
     units : Units, optional
-        What relative units refer to.
+        Reference of relative units.
     """
     import tinycss2
 
@@ -235,7 +235,7 @@ def canvas_size(root: Element, own: Mapping[str, str], units: Units) -> tuple[fl
     own : mapping of str
         Its attributes and properties.
     units : Units
-        What relative units refer to.
+        Reference of relative units.
     """
     box = view_box(root)
     references = box[2:] if box else CANVAS

@@ -28,7 +28,7 @@ MAX_DEFAULT = 200
 
 
 def read_document(source: str | os.PathLike[str] | bytes) -> tuple[str, bytes]:
-    """Return what messages call an SVG, and its content, at most a byte more than is read."""
+    """Return the name of an SVG in messages, and its content, at most a byte more than is read."""
     if isinstance(source, bytes):
         return "SVG data", source
     name = os.fspath(source)
@@ -80,7 +80,7 @@ def tag_of(element: ElementTree.Element) -> str | None:
 
 
 def _guard(data: bytes) -> expat.XMLParserType:
-    """Return a parser that builds nothing and refuses what could harm."""
+    """Return a parser that builds nothing and refuses harmful XML."""
     depth = count = 0
     entities: dict[str, str] = {}
     has_external = False

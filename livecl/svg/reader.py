@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """SVG to `Drawing`: this project's own files, exactly, and foreign ones, as far as closed filled paths represent them.
 
-What is not represented is named in one warning.
+Unsupported features are named in one warning.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from livecl.svg.layer import Layer
 from livecl.svg.walker import Walker
 from livecl.svg.writer import MAX_PRECISION
 
-#: What a side of the canvas may exceed whole pixels by without one more, px: converted units are off by so little.
+#: Excess of a side of the canvas over whole pixels that adds no pixel, px: converted units round that much.
 NO_PIXEL = 1e-3
 
 
@@ -30,7 +30,7 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     Lines, quadratics, arcs and basic shapes become cubics; transforms are applied; a group's opacity goes into its
     layers'; open subpaths are closed as filling does; even-odd fills are turned into equal nonzero ones where possible;
     gradients keep their stops (a focal point beside the centre is approximated); a canvas of a fractional size is
-    rounded up. What a `Drawing` cannot represent (strokes, text, images, patterns, clips, ...) is named, with counts,
+    rounded up. Unsupported features (strokes, text, images, patterns, clips, ...) is named, with counts,
     in one :class:`UserWarning`. A drawing saved by :func:`livecl.svg.save_svg` is read back equal.
 
     Parameters

@@ -154,7 +154,7 @@ def _format_path(identifier: str, label: str, paint: str, layers: LayerStyle) ->
 
 
 def _format_paint(drawing: Drawing, layer: int, precision: int, server: PaintServer | None) -> str:
-    """Fill and path data of a layer, as attributes. The nonzero rule is what SVG fills by where nothing is said."""
+    """Fill and path data of a layer, as attributes. The nonzero rule is SVG's default."""
     rgba = drawing.colors[layer]
     data = "".join(_format_subpath(drawing.points[subpath], precision) for subpath in drawing.subpaths(layer))
     if server is not None:

@@ -41,7 +41,7 @@ class Course:
     Parameters
     ----------
     every : int
-        Keep the drawing after each so many steps, beside those after the first and the last step of each stage.
+        Keep the drawing after every N-th step, and after the first and the last step of each stage.
     on_step : callable, optional
         Another callback, which is called first; where it returns true the run stops.
     """
@@ -55,7 +55,7 @@ class Course:
         self._attempt: list[Frame] = []
 
     def __call__(self, step: Step) -> bool | None:
-        """Keep the drawing, where it is its turn; return what the other callback returned."""
+        """Keep the drawing, where it is its turn; return the other callback's value."""
         stopped = None if self._on_step is None else self._on_step(step)
         if step.iteration == 1 or step.iteration == step.iterations or step.iteration % self.every == 0:
             if self._attempt and self._attempt[-1].stage != step.stage:
@@ -117,7 +117,7 @@ class Course:
         path : path
             File to write.
         result : Result, optional
-            What the run returned; its drawing is shown last.
+            Result of the run; its drawing is shown last.
         step : int
             Show each so-manyth of the drawings kept.
         fps : float
