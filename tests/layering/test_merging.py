@@ -96,3 +96,11 @@ def test_the_rise_of_the_error_is_that_of_rendered_pictures(
     # Means of squares of float32 colours, each off by a few eps.
     assert best.change == pytest.approx(after - before, abs=20 * float(np.finfo(np.float32).eps))
     assert abs(best.change) > 1e-4
+
+
+def test_parts_of_two_regions_of_the_picture_stay(rasterizer: Rasterizer) -> None:
+    # The drawing lacks the line between the halves, so that one bar would be as good: but there are two things.
+    drawing = _halves()
+    target = rasterizer.forward(drawing).copy()
+    target[10:22, 19:21] = 0
+    assert _merged(drawing, rasterizer, target=target).sources.tolist() == [0, 1, 2, 3]

@@ -127,6 +127,8 @@ def test_a_revision_is_kept_if_it_lowers_the_error_by_enough(
     assert run.state.drawing is (revised if kept else before)
     assert run.state.fallback is None and run.state.stage == 3 and not run.state.placed
     assert len(run.state.pieces) == run.state.drawing.num_segments == len(run.state.points.mean)
+    if not kept:
+        assert np.array_equal(run.state.pieces, run.rasterizer.pieces(before)), "those of the drawing before"
 
 
 def test_revisions_end_when_they_fail_too_often_or_have_nothing_to_replace(device: int) -> None:
