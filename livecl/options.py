@@ -49,10 +49,11 @@ class Options:
     )
     loss: Literal["udf", "mse"] = _option("mse", "Squared error under the distance weight (eq. 1-2), or its plain mean")
     xing_weight: float = _option(0.0, "Weight of the Xing loss (eq. 4), lambda")
-    placement: Literal["region", "component", "random"] = _option(
-        "region",
-        "Where new paths start: on the regions whose painting would remove most error, on the largest components "
-        "of the error (the paper's rule), or anywhere",
+    placement: Literal["structure", "region", "component", "random"] = _option(
+        "structure",
+        'Where new paths start: on the whole shapes of a flat picture, in their order of depth (as "region" where a '
+        "picture is not flat, or a drawing is given to start from); on the regions whose painting would remove most "
+        "error; on the largest components of the error (the paper's rule); or anywhere",
     )
     shape: Literal["outline", "circle", "random"] = _option(
         "outline",
@@ -132,8 +133,10 @@ class Options:
             if getattr(self, name) == 0:
                 raise ValueError(f"{name}: got 0, wanted a positive number")
         if self.shape == "outline" and self.placement == "random":
-            raise ValueError("shape: 'outline' needs a region to fit, so placement 'region' or 'component'")
-        if self.variant == "released" and (self.placement == "region" or self.revisions):
+            raise ValueError(
+                "shape: 'outline' needs a region to fit, so placement 'structure', 'region' or 'component'"
+            )
+        if self.variant == "released" and (self.placement in ("structure", "region") or self.revisions):
             raise ValueError(
                 "variant: 'released' weighs the newest paths, which lie on top: it goes with placement 'component' or "
                 "'random', without revisions"

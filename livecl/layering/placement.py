@@ -36,10 +36,16 @@ class Placement:
         Only the K new layers.
     order : (N + K,) int
         Paint order of all, bottom first: the N old layers by their numbers, the new ones from N on.
+    weight : (H, W) float32 or None
+        0 where layers will show that are not placed yet, 1 elsewhere.
+    hidden_points : callable or None
+        Returns the control points (M, 3) of the drawing of all layers that stay as they are, for others hide them.
     """
 
     drawing: Drawing
     order: NDArray[np.intp]
+    weight: NDArray[np.float32] | None = None
+    hidden_points: Callable[[Drawing], NDArray[np.bool_]] | None = None
 
 
 def place_paths(
@@ -75,6 +81,16 @@ def place_paths(
     Placement
         Regions may lie below layers that there are already; all else goes on top.
     """
+    if options.placement == "structure":
+        from livecl.layering.structure import place_structure  # loads SciPy
+
+        found = place_structure(target, drawing, count, check)
+        if found is None:
+            return Placement(Drawing.from_outlines([], np.zeros((0, 4)), drawing.size), np.arange(drawing.num_layers))
+        rgba = np.array([paint_of(color) for color in found.colors])
+        return Placement(
+            Drawing.from_outlines(found.outlines, rgba, drawing.size), found.order, found.weight, found.hidden_points
+        )
     image = rasterizer.forward(drawing)
     if options.placement == "region":
         ground, colors = composited_colors(drawing)

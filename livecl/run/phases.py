@@ -149,4 +149,8 @@ def place(run: Run, count: int, stage: int) -> int:
     placed = placement.drawing.num_layers
     if placed:
         state.add(placement.drawing.replace(stages=np.full(placed, stage)), placement.order)
+        if placement.weight is not None:
+            state.kept_weight = placement.weight
+        if placement.hidden_points is not None:
+            state.hidden = placement.hidden_points(state.drawing)
     return placed

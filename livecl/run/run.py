@@ -138,7 +138,7 @@ class Run:
         loss, gradients = self.objective.evaluate(state)
         if not (np.isfinite(loss) and np.isfinite(gradients.points).all() and np.isfinite(gradients.colors).all()):
             raise LiveclError(f"loss or gradient is not finite in stage {state.stage + 1}, step {state.iteration + 1}")
-        training.hold_locked(state, gradients)
+        training.hold_still(state, gradients)
         training.move(state, gradients)
         state.iteration += 1
         if options.untangle and training.untangles_now(state):

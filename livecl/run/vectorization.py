@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing, empty_drawing
 from livecl.errors import LiveclError
-from livecl.image.background import background_for
+from livecl.image.background import TRAIN, background_for, target_over
 from livecl.options import Options
 from livecl.run.callbacks import OnStep
 from livecl.run.checkpoint import Checkpoints, identity_of, load_checkpoint
@@ -24,6 +25,9 @@ from livecl.run.result import Result, RunError, Stage
 from livecl.run.run import Run
 from livecl.schedule import parse_schedule
 from livecl.training.state import State
+
+#: Colours of a flat picture are read off it: they are hardly trained.
+STRUCTURE_COLOR_RATE = 2e-4
 
 
 def vectorize_pixels(
@@ -112,7 +116,7 @@ def _first_state(
         if len(lock):
             raise ValueError("lock: names layers of a drawing; give the drawing as start")
         drawing = empty_drawing(size, background_for(options.background, image))
-        return State.start(drawing, options, parse_schedule(schedule, paths), seed)
+        return State.start(drawing, placed_by(options, image, drawing), parse_schedule(schedule, paths), seed)
     if start.size != size:
         raise ValueError(f"start: a canvas of {start.size} px, wanted the picture's {size}")
     if options.variant == "released":
@@ -125,4 +129,23 @@ def _first_state(
         locked[np.array(lock, dtype=np.intp)] = True
     except (IndexError, TypeError, ValueError):
         raise ValueError(f"lock: got {lock!r}, wanted numbers of the {start.num_layers} layers, from 0 on") from None
+    options = dataclasses.replace(options, placement="region") if options.placement == "structure" else options
     return State.start(drawing, options, (0, *stages) if refines else stages, seed, locked)
+
+
+def placed_by(options: Options, image: NDArray[np.float32], drawing: Drawing) -> Options:
+    """Return the options with the placement that suits a picture: structure where it is flat, else regions.
+
+    Structure stays as it is found: there are no revisions, which trade it for error, and no merging.
+    """
+    if options.placement != "structure":
+        return options
+    if options.shape == "outline" and options.background != TRAIN and options.new_color == "target":
+        from livecl.layering.structure import structured  # loads SciPy
+
+        if structured(target_over(image, drawing.background), drawing.background):
+            opacity: Literal["opaque", "train"] = "train" if options.opacity == "train" else "opaque"
+            return dataclasses.replace(
+                options, revisions=0, merge=False, opacity=opacity, color_learning_rate=STRUCTURE_COLOR_RATE
+            )
+    return dataclasses.replace(options, placement="region")

@@ -34,6 +34,7 @@ class Objective:
         self._rasterizer = rasterizer
         self._target = rasterizer.upload(target)
         self._ones = rasterizer.upload(np.ones(target.shape[:2]))
+        self._kept: tuple[Any, DeviceImage] = (None, self._ones)  # weights of pixels that a state keeps, on the device
         self._num_pixels = target.shape[0] * target.shape[1]
         self._pieces: tuple[Any, NDArray[np.int32]] = (None, np.zeros(0, np.int32))  # of the picture, of the distance
 
@@ -75,7 +76,10 @@ class Objective:
         Those of a mean over pixels and RGB, or eq. (1) and the 1/3 of eq. (2).
         """
         if state.options.loss == "mse":
-            return self._ones, 1 / (3 * self._num_pixels)
+            if state.kept_weight is not self._kept[0]:
+                kept = state.kept_weight
+                self._kept = kept, self._ones if kept is None else self._rasterizer.upload(kept)
+            return self._kept[1], 1 / (3 * self._num_pixels)
         if state.options.variant == "paper":
             return DistanceWeight(state.options.tau, self._distance_pieces(state)), 1 / 3
         return self._rasterizer.upload(self.released_weight(state, state.stage)), 1 / self._num_pixels

@@ -73,7 +73,10 @@ class State:
     start_drawing : Drawing or None
         Drawing to start from, if any.
     kept_weight : (H, W) float or None
-        Distance weight that earlier stages left (the released program's loss).
+        Distance weight that earlier stages left (the released program's loss); or 0 where layers will show that a later
+        stage places (placement by structure): what is there now does not follow the picture there.
+    hidden : (M, 3) bool or None
+        Control points that no pixel decides on, which stay where they are (placement by structure).
     asked : int
         Paths that the stages begun so far were to add: revisions keep their number.
     error : float
@@ -101,6 +104,7 @@ class State:
     start_drawing: Drawing | None = None
     kept_weight: NDArray[Any] | None = None
     asked: int = 0
+    hidden: NDArray[np.bool_] | None = None
     error: float = float("inf")
     placed: bool = False
     failures: int = 0
@@ -234,6 +238,8 @@ class State:
         arrays |= fill_arrays("", self.drawing, self.fills)
         if self.kept_weight is not None:
             arrays["kept_weight"] = self.kept_weight
+        if self.hidden is not None:
+            arrays["hidden"] = self.hidden
         if self.start_drawing is not None:
             arrays |= drawing_arrays("start.", self.start_drawing)
         if self.fallback is not None:
@@ -290,6 +296,7 @@ class State:
             start_drawing=drawing_from("start.", arrays, facts["size"]) if "start.points" in arrays else None,
             kept_weight=arrays.get("kept_weight"),
             asked=facts["asked"],
+            hidden=arrays.get("hidden"),
             error=facts["error"],
             placed=facts["placed"],
             failures=facts["failures"],

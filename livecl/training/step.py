@@ -33,8 +33,10 @@ def choose_pieces(state: State, rasterizer: Rasterizer) -> None:
         state.pieces = needed
 
 
-def hold_locked(state: State, gradients: Gradients) -> None:
-    """Leave locked layers without a gradient: their moments stay zero, so Adam does not move them at all."""
+def hold_still(state: State, gradients: Gradients) -> None:
+    """Leave locked layers and hidden control points without a gradient: moments that are zero stay zero."""
+    if state.hidden is not None and len(state.hidden) == len(gradients.points):
+        gradients.points[state.hidden] = 0
     if state.locked.any():
         gradients.points[state.locked_segments] = 0
         gradients.colors[state.locked] = 0

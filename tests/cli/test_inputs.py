@@ -127,7 +127,19 @@ def test_start_and_lock(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_verbose_tells_of_each_stage(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["in/picture-0.png", "-o", "out.svg", "--schedule", "1,1", "--iterations", "3", "--revisions", "0"]
+    arguments = [
+        "in/picture-0.png",
+        "-o",
+        "out.svg",
+        "--schedule",
+        "1,1",
+        "--iterations",
+        "3",
+        "--revisions",
+        "0",
+        "--placement",
+        "region",
+    ]
     assert cli.main([*arguments, "-v"]) == 0
     lines = capsys.readouterr().err.splitlines()
     assert [re.sub(r"MSE \S+", "MSE", line) for line in lines[:2]] == [

@@ -35,7 +35,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's"
 CHECKPOINT = Path("out.svg.checkpoint")
 #: A run that does not end by itself, of which there soon is a checkpoint.
 ENDLESS = ["in.png", "-o", "out.svg", "--schedule", "1,1", "--iterations", "1000000", "--checkpoint-period", "0"]
-SHORT = ["in.png", "-o", "out.svg", "--paths", "2", "--iterations", "20", "--revisions", "1"]
+SHORT = ["in.png", "-o", "out.svg", "--paths", "2", "--iterations", "20", "--revisions", "1", "--placement", "region"]
 
 
 @pytest.fixture

@@ -118,7 +118,7 @@ def test_the_command_line_comes_before_the_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("paht = 8", "no option 'paht'; did you mean paths?"),
+        ("paht = 8", "no option 'paht'; did you mean 'paths'?"),
         ("output = 'out.svg'", "no option 'output'"),
         ("paths = 0", "argument --paths: got '0', wanted a whole number of at least 1"),
         ("tau = 0", "argument --tau: got '0', wanted a positive number"),

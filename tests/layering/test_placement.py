@@ -176,13 +176,13 @@ def test_a_region_gets_more_segments_where_its_outline_needs_them(place: Placer)
     cross[16:24, 4:36] = cross[4:36, 16:24] = 0.1
     disc = np.ones((40, 40, 3))
     disc[np.hypot(columns - 20, rows - 20) < 14] = 0.1
-    assert place(disc, 1, Options()).num_segments == 4
-    more = place(cross, 1, Options(max_segments=8))
+    assert place(disc, 1, Options(placement="region")).num_segments == 4
+    more = place(cross, 1, Options(placement="region", max_segments=8))
     assert 4 < more.num_segments <= 8
-    four = place(cross, 1, Options(max_segments=4))
+    four = place(cross, 1, Options(placement="region", max_segments=4))
     assert four.num_segments == 4
     assert place.error(cross, more) < place.error(cross, four)
-    assert place(cross, 1, Options(segments=6, max_segments=4)).num_segments == 6
+    assert place(cross, 1, Options(placement="region", segments=6, max_segments=4)).num_segments == 6
 
 
 def test_circles_for_regions_lie_at_their_center(place: Placer) -> None:
@@ -256,7 +256,7 @@ def test_no_more_paths_than_regions_that_are_worth_one(place: Placer, prune: flo
     # is a fifth of .05.
     target = np.ones((20, 20, 3))
     target[2:12, 2:12], target[15:17, 15:17] = 0, 0
-    assert place(target, 2, Options(prune=prune)).num_layers == count
+    assert place(target, 2, Options(placement="region", prune=prune)).num_layers == count
 
 
 @pytest.mark.parametrize("options", [Options.paper(), Options.released(), Options(), Options.diffvg()])
@@ -318,7 +318,7 @@ def test_a_region_is_found_though_the_first_outlines_fail(place: Placer, monkeyp
         return outlined(judge, guess)
 
     monkeypatch.setattr(candidates._Judge, "_outlined", failing)
-    drawing = place(target, 1, Options())
+    drawing = place(target, 1, Options(placement="region"))
     assert len(failed) == 5
     center = drawing.points.reshape(-1, 2).mean(axis=0)
     assert min(np.hypot(center[0] - left - 4.5, center[1] - top - 4.5) for left, top in corners) < 2
@@ -340,7 +340,7 @@ def _many_shapes() -> FloatArray:
 def test_what_is_remembered_of_regions_is_what_trying_again_gives(
     place: Placer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    target, options = _many_shapes(), Options(prune=1e-7)
+    target, options = _many_shapes(), Options(placement="region", prune=1e-7)
     remembered = place(target, 14, options)
     accept = candidates._Judge.accept
 

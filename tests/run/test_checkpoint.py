@@ -23,7 +23,7 @@ from livecl.run.checkpoint import discard_checkpoint, is_checkpoint
 from livecl.training.archive import read_archive, write_archive
 from livecl.training.objective import Objective
 
-START = livecl.vectorize(SMALL, 2, options=Options(iterations=5, revisions=0)).drawing
+START = livecl.vectorize(SMALL, 2, options=Options(placement="region", iterations=5, revisions=0)).drawing
 
 
 def with_alpha() -> NDArray[np.float64]:
@@ -35,11 +35,16 @@ def with_alpha() -> NDArray[np.float64]:
 
 #: Arguments of runs in which all that a checkpoint must hold plays a part.
 RUNS: dict[str, dict[str, Any]] = {
-    "revisions": {"schedule": [1, 2], "options": Options(iterations=26, revisions=3), "seed": 4},
-    "alpha": {"image": with_alpha(), "paths": 3, "options": Options(iterations=12, revisions=2)},
-    "start and lock": {"start": START, "lock": [0], "paths": 2, "options": Options(iterations=12, revisions=2)},
-    "refinement": {"start": START, "options": Options(iterations=20, revisions=1)},
-    "auto": {"paths": "auto", "options": Options(iterations=10, revisions=1, target_mse=2e-3)},
+    "revisions": {"schedule": [1, 2], "options": Options(placement="region", iterations=26, revisions=3), "seed": 4},
+    "alpha": {"image": with_alpha(), "paths": 3, "options": Options(placement="region", iterations=12, revisions=2)},
+    "start and lock": {
+        "start": START,
+        "lock": [0],
+        "paths": 2,
+        "options": Options(placement="region", iterations=12, revisions=2),
+    },
+    "refinement": {"start": START, "options": Options(placement="region", iterations=20, revisions=1)},
+    "auto": {"paths": "auto", "options": Options(placement="region", iterations=10, revisions=1, target_mse=2e-3)},
     "chance": {"schedule": [2, 2], "options": Options.diffvg(iterations=15)},
     "released": {"schedule": [1, 2], "options": Options.released(iterations=15)},
     "paper": {"schedule": [1, 2], "options": Options.paper(iterations=15, background="train")},
@@ -92,12 +97,17 @@ def test_checkpoints_at_every_step_change_nothing(device: int, tmp_path: Path) -
 
 
 def test_a_short_run_writes_no_checkpoint(device: int, tmp_path: Path) -> None:
-    vectorize(SMALL, 1, options=Options(iterations=2, revisions=0), control=Control(checkpoint=tmp_path / "checkpoint"))
+    vectorize(
+        SMALL,
+        1,
+        options=Options(placement="region", iterations=2, revisions=0),
+        control=Control(checkpoint=tmp_path / "checkpoint"),
+    )
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_recipe_goes_on_too(device: int, tmp_path: Path) -> None:
-    recipe = Recipe(paths=3, size=24, precision=1, options=Options(iterations=8, revisions=1))
+    recipe = Recipe(paths=3, size=24, precision=1, options=Options(placement="region", iterations=8, revisions=1))
     whole = recipe.vectorize(three_shapes(), device)
     path = tmp_path / "checkpoint"
     stopped = recipe.vectorize(three_shapes(), device, control=Control(stop=after(30), checkpoint=path))
@@ -112,7 +122,7 @@ def test_a_stop_is_asked_for_in_placement_and_merging(device: int) -> None:
     def stop() -> None:
         asked.append(len(steps))
 
-    options = Options(iterations=3, revisions=1)
+    options = Options(placement="region", iterations=3, revisions=1)
     vectorize(SMALL, 6, [6], options, device, on_step=lambda step: steps.append(1), control=Control(stop=stop))
     # Before the first step it is asked for each path at least, and so it is in the revision.
     assert asked.count(0) > 6 and asked.count(3) > 2
@@ -120,7 +130,11 @@ def test_a_stop_is_asked_for_in_placement_and_merging(device: int) -> None:
 
 def stopped_run(path: Path, device: int) -> dict[str, Any]:
     """Leave a checkpoint, and return the arguments of the run."""
-    arguments: dict[str, Any] = {"image": SMALL, "paths": 3, "options": Options(iterations=5, revisions=0)}
+    arguments: dict[str, Any] = {
+        "image": SMALL,
+        "paths": 3,
+        "options": Options(placement="region", iterations=5, revisions=0),
+    }
     result = vectorize(**arguments, device=device, on_step=lambda _: True, control=Control(checkpoint=path))
     assert result.stopped == "callback"
     assert is_checkpoint(path)
@@ -130,8 +144,11 @@ def stopped_run(path: Path, device: int) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"options": Options(iterations=6, revisions=0)}, "iterations was 5, is 6"),
-        ({"options": Options(iterations=5, merge=False)}, "revisions was 0, is 8; merge was True, is False"),
+        ({"options": Options(placement="region", iterations=6, revisions=0)}, "iterations was 5, is 6"),
+        (
+            {"options": Options(placement="region", iterations=5, merge=False)},
+            "revisions was 0, is 8; merge was True, is False",
+        ),
         ({"paths": 4}, "schedule was [1, 2], is [1, 2, 1]"),
         ({"seed": 2}, "seed was 0, is 2"),
         ({"image": SMALL[::-1]}, "another picture"),
@@ -185,7 +202,12 @@ def test_what_is_no_checkpoint_is_refused_and_stays(device: int, tmp_path: Path)
 def test_a_checkpoint_that_cannot_be_written_is_warned_of_once(
     device: int, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    arguments = {"image": SMALL, "device": device, "paths": 2, "options": Options(iterations=5, revisions=0)}
+    arguments = {
+        "image": SMALL,
+        "device": device,
+        "paths": 2,
+        "options": Options(placement="region", iterations=5, revisions=0),
+    }
     path = tmp_path / "missing" / "checkpoint"
     with caplog.at_level(logging.WARNING, logger="livecl"):
         result = vectorize(**arguments, control=Control(checkpoint=path, period=0))
@@ -216,7 +238,11 @@ def device_error() -> BaseException:
 
 
 #: Ten steps a stage; the warm-up takes one.
-FAILING: dict[str, Any] = {"image": SMALL, "schedule": [1, 2], "options": Options(iterations=10, revisions=1)}
+FAILING: dict[str, Any] = {
+    "image": SMALL,
+    "schedule": [1, 2],
+    "options": Options(placement="region", iterations=10, revisions=1),
+}
 
 
 def failed(path: Path) -> RunError:
@@ -250,7 +276,9 @@ def test_a_loss_that_is_not_finite(step: int, stage: int, monkeypatch: pytest.Mo
 
 
 def test_a_device_that_is_lost_in_a_later_stage(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    first = vectorize(**{**FAILING, "schedule": [1], "options": Options(iterations=10, revisions=0, prune=0.0)})
+    first = vectorize(
+        **{**FAILING, "schedule": [1], "options": Options(placement="region", iterations=10, revisions=0, prune=0.0)}
+    )
     evaluate = Objective.evaluate
     lost = failing(device_error())
 

@@ -103,7 +103,7 @@ class Effect:
     schedule: tuple[int, ...] = (1, 2)
 
 
-FAST = Options(iterations=2, revisions=0)
+FAST = Options(placement="region", iterations=2, revisions=0)
 ON_RIM = Options.paper(iterations=40, radius=10.0, learning_rate=1e-6, color_learning_rate=0.05)
 STILL = Options.paper(iterations=1, learning_rate=1e-6)
 EFFECTS: dict[str, Effect] = {
@@ -124,7 +124,7 @@ EFFECTS: dict[str, Effect] = {
     "shape: outline": Effect(STILL, {"shape": "outline"}, mse, -1, ONE, (1,)),
     "holes": Effect(FAST, {"holes": False}, lambda run: len(run.drawing.subpath_offsets) - layers(run), -1, RING),
     "settle": Effect(Options.paper(iterations=30), {"settle": 0.1}, points_way, -1),
-    "revisions": Effect(Options(iterations=10, revisions=0), {"revisions": 3}, mse, -1),
+    "revisions": Effect(Options(placement="region", iterations=10, revisions=0), {"revisions": 3}, mse, -1),
     # Three small circles within one disc.
     "merge": Effect(Options.paper(iterations=10, merge=True), {"merge": False}, layers, 1, ONE),
     "prune": Effect(FAST, {"prune": 0.1}, layers, -1),

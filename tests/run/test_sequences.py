@@ -18,7 +18,7 @@ from livecl.options import Options
 from livecl.run.sequences import vectorize_sequence
 
 SIZE = (48, 64)
-OPTIONS = Options(iterations=150, revisions=1)
+OPTIONS = Options(placement="region", iterations=150, revisions=1)
 
 
 def frame(t: float, device: int, *, dot: bool = False) -> NDArray[np.float32]:

@@ -37,7 +37,7 @@ def test_stages_for_which_no_path_is_worth_it_are_left_out(revisions: int, devic
     picture = np.ones((24, 24, 3))
     picture[6:18, 4:20] = (0.1, 0.4, 0.8)
     steps: list[tuple[str, str, int]] = []
-    options = Options(iterations=30, revisions=revisions, prune=1e-3)
+    options = Options(placement="region", iterations=30, revisions=revisions, prune=1e-3)
     result = vectorize(
         picture,
         schedule=[1, 2, 3],
@@ -52,7 +52,7 @@ def test_stages_for_which_no_path_is_worth_it_are_left_out(revisions: int, devic
 
 
 def test_no_further_stage_where_the_error_is_low_enough(device: int) -> None:
-    options = Options(iterations=40, revisions=2)
+    options = Options(placement="region", iterations=40, revisions=2)
     stages = vectorize(SMALL, schedule=[1, 1, 1, 1, 1], options=options, device=device).stages
     enough = np.sqrt(stages[1].mse * stages[2].mse)
     steps: list[int] = []
@@ -82,7 +82,7 @@ def test_a_loss_that_is_not_finite_stops_the_run_and_keeps_the_state(device: int
 
 
 def test_revisions_lower_the_error_or_leave_the_drawing(device: int) -> None:
-    options = Options(iterations=10, revisions=5, prune=0.0)
+    options = Options(placement="region", iterations=10, revisions=5, prune=0.0)
     run_ = new_run(options, (2, 2), device, three_shapes())
     errors = []
     while not run_.finished:
@@ -102,7 +102,7 @@ def test_revisions_lower_the_error_or_leave_the_drawing(device: int) -> None:
 
 def test_a_run_stopped_in_a_revision_leaves_the_better_drawing(device: int) -> None:
     # After one step, a revision has taken a shape out and has only just put another in its place.
-    options, before = Options(iterations=40, prune=0.0), []
+    options, before = Options(placement="region", iterations=40, prune=0.0), []
 
     def on_step(step: Step) -> bool:
         before.append(step.mse)
@@ -118,5 +118,7 @@ def test_a_run_stopped_in_a_revision_leaves_the_better_drawing(device: int) -> N
 def test_revisions_have_a_loss_to_train_on(name: str, device: int) -> None:
     losses: list[float] = []
     options = dataclasses.replace(livecl.options.PRESETS[name](), iterations=5, revisions=1)
+    if options.placement == "structure":  # which is not revised
+        options = dataclasses.replace(options, placement="region")
     vectorize(three_shapes(), 2, [2], options, device, on_step=lambda step: losses.append(step.loss))
     assert len(losses) == 10 and min(losses) > 0

@@ -24,7 +24,7 @@ from livecl.svg import quantize
 @pytest.mark.parametrize(
     ("options", "share"),
     [
-        (Options(iterations=100), 1 / 16),
+        (Options(placement="region", iterations=100), 1 / 16),
         (Options.paper(iterations=100), 1 / 4),
         (Options.released(iterations=100), 1 / 4),
     ],
@@ -79,7 +79,7 @@ def test_the_result_holds_what_it_says(name: str, device: int, tmp_path: Path) -
 
 
 def test_the_callback_gets_the_numbers_of_each_step(device: int) -> None:
-    options = Options(iterations=4, revisions=2, prune=0.0)
+    options = Options(placement="region", iterations=4, revisions=2, prune=0.0)
     steps: list[Step] = []
     errors: list[tuple[float, float]] = []
 
@@ -216,7 +216,7 @@ def test_a_blank_picture(name: str, device: int) -> None:
 
 
 def test_the_number_of_paths_may_be_left_to_the_program(device: int) -> None:
-    options = Options(iterations=40, revisions=2)
+    options = Options(placement="region", iterations=40, revisions=2)
     paths: list[int] = []
     result = vectorize(
         three_shapes(), "auto", options=options, device=device, on_step=lambda step: paths.append(step.paths)
@@ -234,7 +234,7 @@ def test_each_kind_of_picture_gives_the_same(kind: str, tmp_path: Path, device: 
     path = tmp_path / "picture.png"
     save_image(path, SMALL)
     pixels = livecl.read_image(path)
-    options = Options(iterations=2, revisions=0)
+    options = Options(placement="region", iterations=2, revisions=0)
     with path.open("rb") as file:
         picture: Any = {
             "path": path,
@@ -253,7 +253,7 @@ def test_each_kind_of_picture_gives_the_same(kind: str, tmp_path: Path, device: 
 
 def test_large_pictures_are_worked_on_small_unless_all_pixels_are_wanted(device: int) -> None:
     large = np.kron(SMALL, np.ones((2, 2, 1)))
-    options = Options(iterations=2, revisions=0)
+    options = Options(placement="region", iterations=2, revisions=0)
     small = vectorize(large, 1, options=options, device=device, size=24)
     assert small.working_size == (24, 24) and small.drawing.size == (48, 48)
     assert vectorize(large, 1, options=options, device=device).working_size == (48, 48)
@@ -274,7 +274,7 @@ def test_the_run_asks_whether_to_stop_between_any_two_pieces_of_work(device: int
     vectorize(
         SMALL,
         4,
-        options=Options(iterations=1, revisions=0),
+        options=Options(placement="region", iterations=1, revisions=0),
         device=device,
         control=livecl.Control(stop=lambda: asked.append(None)),
     )
@@ -297,7 +297,7 @@ def test_unknown_keywords_get_a_hint(keyword: str, hint: str) -> None:
 
 
 def test_a_result_prints_as_three_lines(device: int) -> None:
-    result = vectorize(SMALL, 1, options=Options(iterations=1, revisions=0), device=device)
+    result = vectorize(SMALL, 1, options=Options(placement="region", iterations=1, revisions=0), device=device)
     drawing, error, time = str(result).splitlines()
     assert drawing == f"drawing of 1 layers, {result.drawing.num_segments} segments, 24 x 24 px"
     assert error == f"MSE {result.mse:.3g}" and time.endswith(result.device)

@@ -19,7 +19,19 @@ ROOT = Path(__file__).resolve().parents[2]
 #: Longest time that is waited for something, s: never reached but where it does not come at all.
 PATIENCE = 120
 #: A run of a few seconds, in which each of many stages is placed, trained, closed and merged.
-COMMAND = ["in.png", "-o", "out.svg", "--schedule", "1,1,1", "--iterations", "120", "--revisions", "6"]
+COMMAND = [
+    "in.png",
+    "-o",
+    "out.svg",
+    "--schedule",
+    "1,1,1",
+    "--iterations",
+    "120",
+    "--revisions",
+    "6",
+    "--placement",
+    "region",
+]
 #: Outputs that are checked, beside the SVG.
 OUTPUTS = ["--stages", "stages", "--json", "out.json"]
 

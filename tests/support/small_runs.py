@@ -22,7 +22,7 @@ from livecl.svg import format_svg
 from support.runs import SMALL, three_shapes
 
 #: Few iterations, and all the rest that a run does: revisions, merging, pruning.
-SHORT = Options(iterations=12, revisions=2)
+SHORT = Options(placement="region", iterations=12, revisions=2)
 
 
 def glass() -> NDArray[np.float64]:
@@ -92,7 +92,7 @@ def _file() -> list[str]:
 
 
 def _busy() -> list[str]:
-    return [vectorize(busy_picture(300), 12, options=Options(iterations=3, revisions=1)).svg]
+    return [vectorize(busy_picture(300), 12, options=Options(placement="region", iterations=3, revisions=1)).svg]
 
 
 RUNS: dict[str, Callable[[], list[str]]] = {

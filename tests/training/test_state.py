@@ -70,6 +70,7 @@ def _full_state() -> State:
         rng=generator,
         kept_weight=rng.uniform(size=(24, 27)).astype(np.float32),
         asked=3,
+        hidden=rng.uniform(size=(7, 3)) < 0.5,
         error=0.1 + 0.7,
         placed=True,
         failures=2,
@@ -248,7 +249,7 @@ def test_missing_arrays_are_refused(tmp_path: Path) -> None:
     with np.load(path) as file:
         arrays = dict(file)
     for name in arrays:
-        if name in ("kept_weight", "fallback.points", "start.points") or name.endswith("background"):
+        if name in ("kept_weight", "hidden", "fallback.points", "start.points") or name.endswith("background"):
             continue  # a state may have none of these
         path.write_bytes(_archive(**{other: array for other, array in arrays.items() if other != name}))
         _refused(path)

@@ -33,7 +33,7 @@ def picture() -> np.ndarray:
 @pytest.fixture(scope="module")
 def run() -> tuple[Course, Result]:
     course = Course(4)
-    options = Options(iterations=10, revisions=0, prune=0.0)
+    options = Options(placement="region", iterations=10, revisions=0, prune=0.0)
     return course, vectorize(picture(), schedule=(1, 2), options=options, on_step=course)
 
 
@@ -56,7 +56,7 @@ def test_steps_that_are_kept(run: tuple[Course, Result]) -> None:
 
 
 def test_result_is_the_same_with_a_course(run: tuple[Course, Result]) -> None:
-    options = Options(iterations=10, revisions=0, prune=0.0)
+    options = Options(placement="region", iterations=10, revisions=0, prune=0.0)
     assert vectorize(picture(), schedule=(1, 2), options=options).svg == run[1].svg
 
 
@@ -68,7 +68,7 @@ def test_another_callback_is_called_and_can_stop() -> None:
         return step.iteration == 3
 
     course = Course(2, on_step=other)
-    vectorize(picture(), paths=1, options=Options(iterations=9, revisions=0), on_step=course)
+    vectorize(picture(), paths=1, options=Options(placement="region", iterations=9, revisions=0), on_step=course)
     assert seen == [1, 2, 3]
     assert [frame.iteration for frame in course.frames] == [1, 2]
 
@@ -78,7 +78,7 @@ def test_revisions_that_were_taken_back_are_left_out() -> None:
     steps: list[tuple[int, int]] = []
     course = Course(1, on_step=lambda step: steps.append((step.stage, step.paths)))
 
-    options = Options(iterations=15, revisions=4)
+    options = Options(placement="region", iterations=15, revisions=4)
     result = vectorize(image, schedule=(1, 2), options=options, on_step=course)
     stages = [frame.stage for frame in course.frames]
     assert {stage for stage, _ in steps} > set(stages) >= {0, 1}  # some were tried, and not all paid

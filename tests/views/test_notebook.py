@@ -51,7 +51,12 @@ def handles(monkeypatch: pytest.MonkeyPatch) -> list[Handle]:
 def run(on_step: Callable[[Step], bool | None]) -> Result:
     image = np.ones((20, 30, 3))
     image[4:15, 5:22] = (0.9, 0.2, 0.1)
-    return vectorize(image, schedule=(1, 1), options=Options(iterations=6, revisions=0, prune=0.0), on_step=on_step)
+    return vectorize(
+        image,
+        schedule=(1, 1),
+        options=Options(placement="region", iterations=6, revisions=0, prune=0.0),
+        on_step=on_step,
+    )
 
 
 def test_every_step_in_place(handles: list[Handle]) -> None:

@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Amodal completion: continue the outline of a partly hidden shape below what covers it, and join its visible parts.
+
+A gap in an outline is closed by a straight line, by a smooth curve in the directions of its two ends (good
+continuation), or by the corner in which their tangents meet, whichever makes the cheapest shape; it must run below what
+lies in front. Two parts are joined where both outlines continue into each other ("relatable" ends: Kellman and
+Shipley 1991).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.layering.structure.contours import AFTER, BEFORE, COMPLETED, Contour, Outlines
+from livecl.layering.structure.prices import Prices, outline_price
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+#: Start and end of a gap with the directions in which the outline runs there; None where it is too short to tell.
+Gap = tuple[FloatArray, FloatArray | None, FloatArray, FloatArray | None]
+
+#: Points of the shortest gap; points from which the direction of an end is fitted.
+SHORTEST_GAP, FITTED = 3, 12
+#: Share of a made-up curve that must lie below what covers it.
+COVERED = 0.97
+#: Longest gaps of a join, as a share of the outlines joined, or of one outline cut in two by it.
+LONGEST_GAP, LONGEST_CUT = 0.6, 0.5
+#: Cosine of the largest angle between an end and the way to the other end; gaps up to so many px need not comply.
+AHEAD, SHORT = 0.75, 4.0
+#: How far a shape goes on below one in front that it ends at, px.
+TRAP = 1.25
+#: Price by which another kind of curve must be better.
+BETTER = 0.05
+#: What joining one outline with itself may cost more: it makes a hole of what was a bay.
+CUT_PRICE = 0.8
+
+
+def completed(
+    contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
+) -> tuple[Contour, float]:
+    """Return a contour with the gaps closed where that is cheaper, and its price.
+
+    Parameters
+    ----------
+    contour : Contour
+        An outer outline, or a hole.
+    below : (K + 3,) bool
+        Regions that it may continue below.
+    room : (K + 3,) bool
+        Regions in which a made-up curve may run, see :meth:`Outlines.room`.
+    outlines : Outlines
+        Of the picture.
+    prices : Prices
+        What is paid for.
+    """
+    price, done = outline_price(contour.points, prices), 0
+    area = abs(contour.area)
+    while True:
+        runs = [run for run in contour.runs(below) or [] if run[1] >= SHORTEST_GAP]
+        if len(runs) <= done:
+            return contour, price
+        start, length = runs[done]
+        best = None
+        if len(contour) - length >= 3 and not _silhouette(contour, start, length):
+            kept = _others(contour, start, length)
+            for curve in _curves(_gap(contour, start, length)):
+                if outlines.share_in(curve, room) < COVERED:
+                    continue
+                closed = _spliced((contour, kept, curve))
+                grown = max(0.0, abs(closed.area) - area)
+                cost = outline_price(closed.points, prices) + prices.hidden * grown / area
+                if best is None or cost < best[0] - BETTER:
+                    best = cost, closed
+        if best is not None and best[0] < price - prices.saving:
+            price, contour = best
+            done = 0
+        else:
+            done += 1
+
+
+def joined(
+    first: Contour, second: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
+) -> tuple[Contour, float] | None:
+    """Return two contours as one, joined below what covers both, and its price; None where their ends do not relate."""
+    best: tuple[Contour, float] | None = None
+    seen = abs(first.area) + abs(second.area)
+    runs = [[run for run in contour.runs(below) or [] if run[1] >= SHORTEST_GAP] for contour in (first, second)]
+    for (start, length), (start2, length2) in itertools.product(*runs):
+        left = len(first) - length, len(second) - length2
+        if min(left) < 4:
+            continue
+        gap, gap2 = _gap(first, start, length), _gap(second, start2, length2)
+        for bridge, back in _bridges(gap, gap2, LONGEST_GAP * sum(left)):
+            if min(outlines.share_in(bridge, room), outlines.share_in(back, room)) < COVERED:
+                continue
+            whole = _spliced(
+                (first, _others(first, start, length), bridge), (second, _others(second, start2, length2), back)
+            )
+            cost = outline_price(whole.points, prices)
+            cost += prices.hidden * max(0.0, abs(whole.area) - seen) / seen
+            if best is None or cost < best[1] - BETTER:
+                best = whole, cost
+    return best
+
+
+def cut_in_two(
+    contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
+) -> list[Contour] | None:
+    """Return the two contours that a contour becomes whose own ends are joined below a cover: a C closes to a ring."""
+    best: tuple[list[Contour], float] | None = None
+    runs = [run for run in contour.runs(below) or [] if run[1] >= SHORTEST_GAP]
+    count = len(contour)
+    for (start, length), (start2, length2) in itertools.combinations(runs, 2):
+        inner = (start + length + np.arange((start2 - start - length) % count)) % count
+        outer = (start2 + length2 + np.arange((start - start2 - length2) % count)) % count
+        if min(len(inner), len(outer)) < 4:
+            continue
+        gap, gap2 = _gap(contour, start, length), _gap(contour, start2, length2)
+        for bridge, back in _bridges(gap, gap2, LONGEST_CUT * count):
+            if min(outlines.share_in(bridge, room), outlines.share_in(back, room)) < COVERED:
+                continue
+            two = [_spliced((contour, inner, back)), _spliced((contour, outer, bridge))]
+            cost = sum(outline_price(part.points, prices) for part in two)
+            if best is None or cost < best[1] - BETTER:
+                best = two, cost
+    if best is None or best[1] > completed(contour, below, room, outlines, prices)[1] + CUT_PRICE:
+        return None
+    return best[0]
+
+
+def trapped(contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines) -> FloatArray:
+    """Return the points of a contour, moved a little below what lies in front where it ends at it.
+
+    Printers call it a trap: no ground shines through between the two, and no pixel decides on the hidden outline.
+    """
+    points = contour.points
+    along = np.roll(points, -2, axis=0) - np.roll(points, 2, axis=0)
+    along = along / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+    ends = below[contour.across] & (contour.across != COMPLETED)
+    distance = np.where(ends, TRAP, 0.0)
+    distance = np.minimum(distance, np.minimum(np.roll(distance, 1), np.roll(distance, -1)))
+    moved = points + distance[:, None] * np.stack([along[:, 1], -along[:, 0]], axis=1)
+    inside = np.array([outlines.share_in(point[None], room) > 0 for point in moved[ends]], dtype=bool)
+    kept = np.ones(len(points), bool)
+    kept[ends] = inside
+    return np.where(kept[:, None], moved, points)
+
+
+def _others(contour: Contour, start: int, length: int) -> IntArray:
+    """Indices of the points outside a run, in their order from its end on."""
+    return (start + length + np.arange(len(contour) - length)) % len(contour)
+
+
+def _spliced(*pieces: tuple[Contour, IntArray, FloatArray]) -> Contour:
+    """Return one contour of pieces of others, each followed by a made-up curve."""
+    points, across, straight = [], [], []
+    for contour, kept, curve in pieces:
+        points += [contour.points[kept], curve]
+        across += [contour.across[kept], np.full(len(curve), COMPLETED)]
+        straight += [contour.straight[kept], np.zeros(len(curve), np.int64)]
+    return Contour(np.concatenate(points), np.concatenate(across), np.concatenate(straight))
+
+
+def _silhouette(contour: Contour, start: int, length: int) -> bool:
+    """Whether at an end of a gap the outline goes straight on as that of the region across: a common silhouette."""
+    count = len(contour)
+    ends = ((start, BEFORE), ((start + length) % count, AFTER))
+    return any(contour.straight[(i + d) % count] == kind for i, kind in ends for d in (-1, 0, 1))
+
+
+def _gap(contour: Contour, start: int, length: int) -> Gap:
+    """Return the ends of the run and the directions of the outline there."""
+    points, count = contour.points, len(contour)
+    reach = min(FITTED, count - length)
+    steps = np.arange(1 if reach > 5 else 0, reach)
+    before, after = points[(start - 1 - steps) % count][::-1], points[(start + length + steps) % count][::-1]
+    enter, leave = _direction_at_end(before), _direction_at_end(after)
+    return points[(start - 1) % count], enter, points[(start + length) % count], None if leave is None else -leave
+
+
+def _direction_at_end(points: FloatArray) -> FloatArray | None:
+    """Unit vector of a run of points at its last one, from a parabola fitted to it."""
+    if len(points) < 2:
+        return None
+    if len(points) < 3:
+        slope = points[-1] - points[0]
+    else:
+        t = np.linspace(-1, 0, len(points))
+        slope = np.polyfit(t, points, 1 if len(points) < 7 else 2)[-2]
+    length = float(np.hypot(*slope))
+    return slope / length if length > 1e-9 else None
+
+
+def _curves(gap: Gap) -> Iterator[FloatArray]:
+    """Yield the curves that may close a gap: points without its ends."""
+    start, enter, end, leave = gap
+    yield _line(start, end)
+    if enter is None or leave is None:
+        return
+    yield _smooth(start, enter, end, leave)
+    determinant = enter[0] * leave[1] - enter[1] * leave[0]
+    if abs(determinant) < 0.2:
+        return
+    way = end - start
+    ahead = (way[0] * leave[1] - way[1] * leave[0]) / determinant
+    back = (enter[0] * way[1] - enter[1] * way[0]) / determinant
+    if ahead >= 0 and back >= 0 and max(ahead, back) <= 3 * np.hypot(*way) + 3:
+        corner = start + ahead * enter
+        yield np.concatenate([_line(start, corner), corner[None], _line(corner, end)])
+
+
+def _bridges(gap: Gap, other: Gap, longest: float) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield pairs of curves, from the start of one gap to the end of the other and back, where the ends relate."""
+    (start, enter, end, leave), (start2, enter2, end2, leave2) = gap, other
+    if enter is None or leave is None or enter2 is None or leave2 is None:
+        return
+    ways = end2 - start, end - start2
+    lengths = [float(np.hypot(*way)) for way in ways]
+    if sum(lengths) > longest:
+        return
+    for way, length, a, b in zip(ways, lengths, (enter, enter2), (leave2, leave), strict=True):
+        if length > SHORT and min(a @ way, b @ way) < AHEAD * length:
+            return
+    yield _line(start, end2), _line(start2, end)
+    yield _smooth(start, enter, end2, leave2), _smooth(start2, enter2, end, leave)
+
+
+def _line(start: FloatArray, end: FloatArray) -> FloatArray:
+    count = max(2, int(np.hypot(*(end - start))))
+    return np.asarray(start + (end - start) * np.linspace(0, 1, count + 1)[1:-1, None])
+
+
+def _smooth(start: FloatArray, enter: FloatArray, end: FloatArray, leave: FloatArray) -> FloatArray:
+    """Return a cubic with the directions of its ends; an arc of a circle where both turn alike."""
+    way = end - start
+    distance = float(np.hypot(*way))
+    unit = way / max(distance, 1e-9)
+    turn = float(np.arccos(np.clip(unit @ enter, -1, 1)) + np.arccos(np.clip(unit @ leave, -1, 1))) / 2
+    handle = distance * min(1.5, 2 / 3 / (1 + np.cos(turn)) if turn < 2.4 else 1.0)
+    t = np.linspace(0, 1, max(4, int(1.5 * distance)) + 1)[1:-1, None]
+    first, second = start + handle * enter, end - handle * leave
+    return np.asarray((1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * first + 3 * (1 - t) * t**2 * second + t**3 * end)

@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Outlines of flat regions at sub-pixel accuracy, with the region that lies across each point, and T-junctions.
+
+Where three regions meet, an outline that runs straight through belongs to one of them, and the other two end at it:
+the stem of a T. Whose outline it is says who lies in front (Kellman and Shipley 1991; Law and Kang, 2409.06648).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from livecl.layering.structure.flat import FlatRegions
+from livecl.layering.structure.prices import signed_area
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+#: What lies across a point that is no region: beyond the page, a part that was made up, or the region itself.
+PAGE, COMPLETED, _SELF = -1, -2, -3
+#: Whose outline runs straight through a change of neighbour: nobody's for sure, the region's own, that of the neighbour
+#: before, of the one after.
+UNCLEAR, OWN, BEFORE, AFTER = range(4)
+#: Reach, px, within which the directions at a junction are taken, the pixels next to it left out.
+REACH, LEFT_OUT = 11, 1.2
+#: Largest bend of an outline that runs straight through, and by how much it must beat the next: radians.
+STRAIGHT, CLEARER = 0.6, 0.25
+_SQUARE = np.ones((3, 3), bool)
+_STEPS_OUT = (1.0, 1.5, 0.6, 2.2, 3.0)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Contour:
+    """A closed outline at steps of about 1 px.
+
+    Attributes
+    ----------
+    points : (n, 2) float
+        (x, y) px.
+    across : (n,) int
+        Region on the other side, PAGE or COMPLETED.
+    straight : (n,) int
+        UNCLEAR, OWN, BEFORE or AFTER at points where `across` changes.
+    """
+
+    points: FloatArray
+    across: IntArray
+    straight: IntArray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @functools.cached_property
+    def area(self) -> float:
+        """Signed area, px^2."""
+        return signed_area(self.points)
+
+    def is_hole_of(self, outer: Contour) -> bool:
+        """Whether it runs the other way round."""
+        return self.area * outer.area < 0
+
+    def runs(self, below: BoolArray) -> list[tuple[int, int]] | None:
+        """Return (first point, length) of each run across which lies what `below` marks: whole runs, then parts.
+
+        A run that several regions share is also cut where one gives way to the next. None where all is one run.
+        """
+        marked, count = below[self.across], len(self)
+        if marked.all():
+            return None
+        if not marked.any():
+            return []
+        start = int(np.flatnonzero(~marked)[0])
+        edges = np.diff(np.concatenate([[0], np.roll(marked, -start).astype(np.int8), [0]]))
+        whole = [
+            (int(first + start) % count, int(end - first))
+            for first, end in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True)
+        ]
+        parts = []
+        for first, length in whole:
+            changes = np.flatnonzero(np.diff(self.across[(first + np.arange(length)) % count])) + 1
+            if len(changes):
+                cuts = [0, *changes.tolist(), length]
+                parts += [((first + a) % count, b - a) for a, b in itertools.pairwise(cuts)]
+        return whole + parts
+
+
+class Outlines:
+    """Outlines of the regions of a picture, and of unions of them."""
+
+    def __init__(self, regions: FlatRegions) -> None:
+        self.regions = regions
+        self.count = len(regions.sizes)
+        self._boxes = ndimage.find_objects(regions.labels + 1)
+        self._padded = np.pad(regions.labels, 3, constant_values=PAGE)
+        self._known: dict[frozenset[int], list[Contour]] = {}
+        single = [self._traced((k,)) for k in range(self.count)]
+        for k in range(self.count):
+            self._known[frozenset((k,))] = [self._with_junctions(contour, single) for contour in single[k]]
+
+    def of(self, ids: Iterable[int]) -> list[Contour]:
+        """Return the outlines of a union of regions, the largest first."""
+        key = frozenset(int(k) for k in ids)
+        if key not in self._known:
+            self._known[key] = self._traced(sorted(key))
+        return self._known[key]
+
+    def outer(self, k: int) -> Contour:
+        """Return the outer outline of a region."""
+        return self.of((k,))[0]
+
+    def marks(self, ids: Iterable[int]) -> BoolArray:
+        """Return whether each region is one of some: (K + 3,), with entries for what is no region."""
+        marks = np.zeros(self.count + 3, bool)
+        marks[list(ids)] = True
+        return marks
+
+    def room(self, ids: Iterable[int], below: BoolArray) -> BoolArray:
+        """Return in which regions a shape of some regions may be that continues below others: (K + 3,)."""
+        marks = below.copy()
+        marks[list(ids)] = True
+        return marks
+
+    def share_in(self, points: FloatArray, room: BoolArray) -> float:
+        """Return the share of some points that lies in the regions of a room, or a pixel beside them."""
+        if not len(points):
+            return 1.0
+        rows, columns = self._index(points)
+        height, width = self._padded.shape
+        inside = np.zeros(len(points), bool)
+        for down, right in itertools.product((-1, 0, 1), repeat=2):
+            labels = self._padded[np.clip(rows + down, 0, height - 1), np.clip(columns + right, 0, width - 1)]
+            inside |= room[labels]
+        return float(inside.mean())
+
+    def neighbors(self, k: int) -> dict[int, int]:
+        """Return the regions across the outlines of one, with the number of points that face each."""
+        across, counts = np.unique(np.concatenate([c.across for c in self.of((k,))]), return_counts=True)
+        return {int(o): int(n) for o, n in zip(across, counts, strict=True) if o >= 0}
+
+    def _index(self, points: FloatArray) -> tuple[IntArray, IntArray]:
+        height, width = self.regions.labels.shape
+        at = np.floor(points).astype(np.int64)
+        return np.clip(at[:, 1], -3, height + 2) + 3, np.clip(at[:, 0], -3, width + 2) + 3
+
+    def _traced(self, ids: Iterable[int]) -> list[Contour]:
+        ids, regions = list(ids), self.regions
+        height, width = regions.labels.shape
+        top = max(min(self._boxes[k][0].start for k in ids) - 2, 0)
+        left = max(min(self._boxes[k][1].start for k in ids) - 2, 0)
+        bottom = min(max(self._boxes[k][0].stop for k in ids) + 2, height)
+        right = min(max(self._boxes[k][1].stop for k in ids) + 2, width)
+        window = slice(top, bottom), slice(left, right)
+        inside_of = self.marks(ids)
+        inside = inside_of[regions.labels[window]]
+        cores = np.zeros(regions.other.max() + int(regions.cores.max()) + 2, bool)
+        cores[regions.cores[ids]] = True
+        # The rest of a pixel may belong to the union as well, if it is one of its cores that lies beside.
+        rest = cores[regions.other[window]] & ndimage.binary_dilation(inside, _SQUARE)
+        share = regions.share[window]
+        soft = np.where(
+            inside,
+            np.where(rest, 1.0, np.maximum(share, 0.5001)),
+            np.where(rest, np.minimum(1 - share, 0.4999), 0.0),
+        )
+        from skimage.measure import find_contours
+
+        found = []
+        for contour in find_contours(np.pad(soft, 2), 0.5):
+            points = contour[:-1, ::-1] + (left - 1.5, top - 1.5)
+            if len(points) >= 4:
+                found.append(self._labelled(_resampled(points), inside_of))
+        found.sort(key=lambda contour: -abs(contour.area))
+        return found
+
+    def _labelled(self, points: FloatArray, inside_of: BoolArray) -> Contour:
+        """Run the outline one way round, and look what lies across each point."""
+        along = np.roll(points, -2, axis=0) - np.roll(points, 2, axis=0)
+        along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+        out = np.stack([along[:, 1], -along[:, 0]], axis=1)
+        inner = [inside_of[self._padded[self._index(points + side * 0.9 * out)]].mean() for side in (1, -1)]
+        if inner[0] > inner[1]:
+            points, out = points[::-1].copy(), -out[::-1]
+        across = np.full(len(points), _SELF)
+        for distance in _STEPS_OUT:
+            seen = self._padded[self._index(points + distance * out)]
+            new = (across == _SELF) & ~inside_of[seen]
+            across[new] = seen[new]
+        return Contour(points, _cleaned(across), np.zeros(len(points), np.int64))
+
+    def _with_junctions(self, contour: Contour, single: list[list[Contour]]) -> Contour:
+        straight, count = np.zeros(len(contour), np.int64), len(contour)
+        reach = min(REACH, count // 3)
+        for i in np.flatnonzero(contour.across != np.roll(contour.across, 1)):
+            before, after = int(contour.across[i - 1]), int(contour.across[i])
+            junction = (contour.points[i - 1] + contour.points[i]) / 2
+            backward, forward = (i - 1 - np.arange(reach)) % count, (i + np.arange(reach)) % count
+            arms = (
+                _direction(junction, contour.points[backward[contour.across[backward] == before]]),
+                _direction(junction, contour.points[forward[contour.across[forward] == after]]),
+                _direction(junction, _between(junction, before, after, single)),
+            )
+            if any(arm is None for arm in arms):
+                continue
+            a, b, c = arms
+            bends = np.pi - np.array([_angle(a, b), _angle(a, c), _angle(b, c)])
+            order = np.argsort(bends, kind="stable")
+            if bends[order[0]] < STRAIGHT and bends[order[1]] - bends[order[0]] > CLEARER:
+                straight[i] = order[0] + 1
+        return dataclasses.replace(contour, straight=straight)
+
+
+def _between(junction: FloatArray, a: int, b: int, single: list[list[Contour]]) -> FloatArray:
+    """Return the points near a junction of the border of two regions."""
+    for region, across in ((a, b), (b, a)):
+        if region < 0:
+            continue
+        for contour in single[region]:
+            distance = np.hypot(*(contour.points - junction).T)
+            near = (contour.across == across) & (distance < REACH) & (distance > 0.7)
+            if near.sum() >= 3:
+                return contour.points[near]
+    return np.zeros((0, 2))
+
+
+def _direction(junction: FloatArray, points: FloatArray) -> FloatArray | None:
+    """Return the unit vector from a junction to the points around it, if there is one."""
+    if not len(points):
+        return None
+    away = np.hypot(*(points - junction).T) > LEFT_OUT
+    mean = (points[away] if away.sum() >= 2 else points).mean(axis=0) - junction
+    length = float(np.hypot(*mean))
+    return mean / length if length > 0.3 else None
+
+
+def _angle(a: FloatArray | None, b: FloatArray | None) -> float:
+    assert a is not None and b is not None
+    return float(np.arccos(np.clip(a @ b, -1, 1)))
+
+
+def _resampled(points: FloatArray) -> FloatArray:
+    """Return points at even steps of about 1 px along a closed polyline, eight at least."""
+    closed = np.concatenate([points, points[:1]])
+    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    samples = np.linspace(0, lengths[-1], max(8, round(lengths[-1])), endpoint=False)
+    return np.stack([np.interp(samples, lengths, closed[:, axis]) for axis in (0, 1)], axis=1)
+
+
+def _cleaned(across: IntArray) -> IntArray:
+    """Give points without a neighbour, and runs of one or two points within another's run, to those before them."""
+    across = across.copy()
+    unknown = across == _SELF
+    if unknown.all():
+        return np.full(len(across), PAGE)
+    if unknown.any():
+        known = np.flatnonzero(~unknown)
+        across = across[known[np.searchsorted(known, np.arange(len(across)), side="right") - 1]]
+    for width in (1, 2):
+        before = np.roll(across, 1)
+        lone = (before == np.roll(across, -width)) & (across != before)
+        across[lone] = before[lone]
+    return across

@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Depth order of flat regions: who lies in front, decided pair by pair, and the paint order that agrees best.
+
+Evidence: T-junctions, convexity (the region that bulges into the other lies in front), what each would save if it
+continued below the other, and enclosure: what lies in a hole lies in front, unless it is seen through it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.layering.structure.completion import SHORTEST_GAP, completed, joined
+from livecl.layering.structure.contours import AFTER, BEFORE, OWN, Contour, Outlines
+from livecl.layering.structure.prices import Prices, outline_price, signed_area
+
+FloatArray = NDArray[np.float64]
+Pairs = dict[tuple[int, int], float]
+
+#: Largest difference of any channel of two regions of one colour.
+SAME_COLOR = 1.5 / 255
+#: Share that what is seen through holes has of what has them: more, and it belongs to what lies around.
+THROUGH_HOLES, GROUND_THROUGH_HOLES, PANES = 0.3, 0.2, 0.4
+#: Holes of a lattice, and their share of it from which on one sees through.
+LATTICE, THROUGH_LATTICE = 5, 0.15
+#: Width of strokes, as a share of the side of what they surround, up to which one sees through.
+THIN = 0.14
+#: Distance from the convex hull, px, up to which a junction lies on it: a constant, and a share of the region's side.
+ON_HULL, ON_HULL_SHARE = 2.5, 0.02
+
+
+@dataclasses.dataclass(frozen=True)
+class Screen:
+    """A region with holes, and the regions of one colour that are seen through and around it."""
+
+    front: int
+    behind: tuple[int, ...]
+
+
+def same_color(outlines: Outlines, a: int, b: int) -> bool:
+    """Whether two regions have one colour."""
+    colors = outlines.regions.colors
+    return bool(np.abs(colors[a] - colors[b]).max() <= SAME_COLOR)
+
+
+def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
+    """Return the regions of the ground's colour (C,) that are the ground: at the page's edge, or seen through holes."""
+    regions = outlines.regions
+    edge = np.concatenate([regions.labels[0], regions.labels[-1], regions.labels[:, 0], regions.labels[:, -1]])
+    alike = np.abs(regions.colors - ground).max(axis=1) <= SAME_COLOR
+    found = {int(k) for k in np.unique(edge) if alike[k]}
+    for k in np.flatnonzero(alike).tolist():
+        around = [o for o in np.unique(outlines.outer(k).across).tolist() if o >= 0]
+        if k in found or not all(found & set(outlines.outer(o).across.tolist()) for o in around):
+            continue
+        filled = abs(outlines.outer(around[0]).area) if len(around) == 1 else 0.0
+        if len(around) > 1 or (around and regions.sizes[k] > GROUND_THROUGH_HOLES * filled):
+            found = found | {k}
+    return found
+
+
+def screens(outlines: Outlines, ground: set[int]) -> list[Screen]:
+    """Return the regions whose holes show what lies behind them: a ring on a disc, a lattice before a wall.
+
+    Parts of the ground that are seen through a hole beside others are added to `ground`.
+    """
+    sizes, found = outlines.regions.sizes, []
+    for front in range(outlines.count):
+        contours = outlines.of((front,))
+        if front in ground or len(contours) == 1:
+            continue
+        outside = [k for k in np.unique(contours[0].across).tolist() if k >= 0]
+        groups: list[list[int]] = []
+        for contour in contours[1:]:
+            inside = {k for k in contour.across.tolist() if k >= 0} - ground
+            if not contour.is_hole_of(contours[0]):
+                continue
+            if len(inside) > 1:  # several: only where each goes on outside, and the ground is one of them
+                outer = {k: [o for o in outside if same_color(outlines, k, o)] for k in inside}
+                if not all(outer.values()):
+                    continue
+                through = {k for k in inside if ground & set(outer[k])}
+                if not through:
+                    continue
+                ground |= through
+                inside -= through
+                found += [Screen(front, (k, *outer[k])) for k in sorted(inside)]
+                continue
+            for k in inside:
+                group = next((group for group in groups if same_color(outlines, group[0], k)), None)
+                if group is None:
+                    groups.append([k])
+                else:
+                    group.append(k)
+        for group in groups:
+            share = sizes[group].sum() / abs(contours[0].area)
+            around = [k for k in outside if same_color(outlines, k, group[0])]
+            if not ground & set(around):
+                least = THROUGH_LATTICE if len(group) >= LATTICE else THROUGH_HOLES
+                if around and (share > least or _thinness(contours) < THIN):
+                    found.append(Screen(front, (*group, *around)))
+                elif not around and share > PANES and len(group) > 2:
+                    found.append(Screen(front, tuple(group)))
+    return found
+
+
+def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], prices: Prices) -> tuple[Pairs, Pairs]:
+    """Return who lies in front of whom, (front, behind) to a weight, and what is saved by including a marking.
+
+    A marking shares the silhouette of what it lies on: (region, marking) to the saving of one outline around both.
+    """
+    enclosed = {
+        (int(o), k)
+        for k in nodes
+        for hole in outlines.of((k,))[1:]
+        if hole.is_hole_of(outlines.outer(k))
+        for o in np.unique(hole.across)
+        if o >= 0
+    }
+    known = set(nodes)
+    for_one: Pairs = {}
+    markings: Pairs = {}
+    for k in nodes:
+        contour, hull = outlines.outer(k), _hull(outlines.outer(k).points)
+        price = outline_price(contour.points, prices)
+        for o, facing in outlines.neighbors(k).items():
+            if o not in known or facing < SHORTEST_GAP or {(o, k), (k, o)} & enclosed:
+                continue
+            below = outlines.marks((o,))
+            saved = price - completed(contour, below, outlines.room((k,), below), outlines, prices)[1]
+            both = price - outline_price(outlines.of((k, o))[0].points, prices)
+            if both > saved + prices.saving:
+                markings[k, o] = both
+            own = _junctions(contour, o, hull, outlines.regions.sizes[k], prices)
+            own += prices.bulge * _bulge(contour, below) - prices.completion * float(np.clip(saved, 0, 3))
+            for_one[k, o] = own
+    for cover, a, b, saved in _relations(outlines, nodes, for_one, prices):
+        for k in (a, b):
+            for_one[k, cover] -= min(prices.relation * saved, prices.most_relation)
+    front: Pairs = {}
+    for (k, o), own in for_one.items():
+        if k > o and (o, k) in for_one:
+            continue
+        sizes = outlines.regions.sizes
+        weight = own - for_one.get((o, k), 0.0) + prices.size * float(np.log(sizes[o] / sizes[k]))
+        front[(k, o) if weight > 0 else (o, k)] = abs(weight)
+    for inside, around in enclosed:
+        if inside in known:
+            front[inside, around] = 2 * np.pi
+    for screen in seen_through:
+        for k in screen.behind:
+            front.pop((k, screen.front), None)
+            front[screen.front, k] = 2 * np.pi
+    return front, markings
+
+
+def _relations(
+    outlines: Outlines, nodes: list[int], touching: Pairs, prices: Prices
+) -> Iterator[tuple[int, int, int, float]]:
+    """Yield (cover, region, region, saving): two regions of one colour whose outlines relate below a third."""
+    for cover in nodes:
+        below = outlines.marks((cover,))
+        beside = [k for k in nodes if (k, cover) in touching]
+        for a, b in itertools.combinations(beside, 2):
+            if same_color(outlines, a, b):
+                first, second = outlines.outer(a), outlines.outer(b)
+                found = joined(first, second, below, outlines.room((a, b), below), outlines, prices)
+                if found is not None:
+                    apart = outline_price(first.points, prices) + outline_price(second.points, prices)
+                    saved = apart + prices.layer - found[1]
+                    if saved > prices.saving:
+                        yield cover, a, b, saved
+
+
+def paint_order(front: Pairs, nodes: list[int], sizes: NDArray[np.int64], one: list[tuple[int, ...]]) -> list[int]:
+    """Return the regions, the lowest first: again and again the one with least evidence of lying in front of the rest.
+
+    Those of each tuple of `one` count as one, and follow each other.
+    """
+    leader = {k: k for k in nodes}
+    for group in one:
+        members = [k for k in group if k in leader]
+        for old in {leader[k] for k in members}:
+            for k in leader:
+                if leader[k] == old:
+                    leader[k] = leader[members[-1]]
+    index = {k: i for i, k in enumerate(sorted(set(leader.values())))}
+    keys = list(index)
+    weights = np.zeros((len(keys), len(keys)))
+    for (a, b), weight in front.items():
+        if a in leader and b in leader and leader[a] != leader[b]:
+            weights[index[leader[a]], index[leader[b]]] += weight
+    weights = np.maximum(weights - weights.T, 0)
+    left = np.ones(len(keys), bool)
+    order: list[int] = []
+    while left.any():
+        at = np.flatnonzero(left)
+        sums = weights[np.ix_(at, at)]
+        lowest = at[np.lexsort((-sizes[keys][at], sums.sum(axis=1) - 1e-3 * sums.sum(axis=0)))[0]]
+        left[lowest] = False
+        order += [keys[lowest], *(k for k in nodes if leader[k] == keys[lowest] and k != keys[lowest])]
+    return order
+
+
+def _junctions(contour: Contour, other: int, hull: FloatArray | None, size: int, prices: Prices) -> float:
+    """Evidence of T-junctions with another region, for the contour's own region."""
+    total = 0.0
+    for i in np.flatnonzero(contour.straight):
+        before, after, kind = int(contour.across[i - 1]), int(contour.across[i]), contour.straight[i]
+        if other not in (before, after):
+            continue
+        if kind == OWN:
+            middle = (contour.points[i] + contour.points[i - 1]) / 2
+            depth = 0.0 if hull is None else -float((hull[:, :2] @ middle + hull[:, 2]).max())
+            total += prices.hull if depth < ON_HULL + ON_HULL_SHARE * np.sqrt(size) else prices.bay
+        elif (kind == BEFORE and before == other) or (kind == AFTER and after == other):
+            total -= prices.stem
+    return total
+
+
+def _bulge(contour: Contour, below: NDArray[np.bool_]) -> float:
+    """Area by which a contour bulges into a neighbour, by its square chord, from -1 to 1."""
+    total = chord = 0.0
+    for start, length in contour.runs(below) or []:
+        if length >= SHORTEST_GAP + 1:
+            points = contour.points[(start + np.arange(length)) % len(contour)]
+            total += signed_area(points) * np.sign(contour.area)
+            chord += float(np.hypot(*(points[-1] - points[0])))
+    return float(np.clip(total / max(chord * chord, 1), -1, 1)) if chord else 0.0
+
+
+def _thinness(contours: list[Contour]) -> float:
+    """Return the mean width of a shape with holes by the side of a square of its filled area."""
+    filled = abs(contours[0].area)
+    area = filled - sum(abs(contour.area) for contour in contours[1:])
+    return float(2 * area / sum(map(len, contours)) / np.sqrt(max(filled, 1.0)))
+
+
+def _hull(points: FloatArray) -> FloatArray | None:
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(ConvexHull(points).equations)
+    except QhullError:
+        return None

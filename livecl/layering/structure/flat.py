@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Flat regions of a picture, with the mixed pixels of anti-aliased borders given to the two sides.
+
+Pixels that are alike and hold a block of 2 x 2 are cores. Any other pixel is explained as a mixture of two cores near
+it; what no mixture explains (thin lines, small parts) becomes a core itself.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, sparse
+from scipy.sparse.csgraph import connected_components
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Largest step between neighbouring pixels of one core, in a clean picture and in another, and what a mixture may miss
+#: a colour by: levels of 255.
+CLEAN_STEP, SAME_STEP, MIXTURE_MISS = 0.6 / 255, 2.5 / 255, 10 / 255
+#: Largest step that counts as a slope: shading, and the bands that 8 bits make of it.
+SLOPE_STEP = 6 / 255
+#: Share of neighbouring pixels that are equal in a clean picture.
+CLEAN_SHARE = 0.6
+#: Rounds in which unexplained pixels become cores.
+ROUNDS = 6
+#: Miss from which on a single pixel becomes a core, and pixels of the smallest region.
+SINGLE_MISS, SMALLEST = 0.15, 5
+#: Nearest cores that are mixed, and what distance counts like a miss, per px.
+NEAR, DISTANCE_MISS = 4, 1 / 255
+_SQUARE = np.ones((3, 3), bool)
+_OFFSETS = sorted(
+    ((y, x) for y in range(-2, 3) for x in range(-2, 3) if (y, x) != (0, 0)), key=lambda o: (o[0] ** 2 + o[1] ** 2, o)
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class FlatRegions:
+    """Connected regions of one colour each.
+
+    Attributes
+    ----------
+    labels : (H, W) int
+        Region of each pixel, 0 to K - 1: the one that most of it belongs to.
+    colors : (K, C) float
+        Colour of each.
+    sizes : (K,) int
+        Pixels of each.
+    cores : (K,) int
+        Core that each region came from.
+    other : (H, W) int
+        Core that the rest of each pixel belongs to.
+    share : (H, W) float
+        Share of each pixel that is its region's, from 0.5 to 1.
+    miss : (H, W) float
+        What is left of each pixel's colour unexplained, of any channel.
+    """
+
+    labels: IntArray
+    colors: FloatArray
+    sizes: IntArray
+    cores: IntArray
+    other: IntArray
+    share: FloatArray
+    miss: FloatArray
+
+
+def flatness(image: NDArray[np.floating]) -> tuple[float, float, int]:
+    """Return the shares of pixels in flat cores and of small steps (slopes), and how many cores there are: quickly."""
+    pixels: FloatArray = np.asarray(image, dtype=np.float64)
+    steps = np.concatenate([np.abs(np.diff(pixels, axis=axis)).max(axis=-1).ravel() for axis in (0, 1)])
+    labels = _cores(pixels, _step(pixels))
+    slopes = float(np.mean((steps > CLEAN_STEP) & (steps <= SLOPE_STEP))) if len(steps) else 0.0
+    return float(np.mean(labels > 0)), slopes, int(labels.max())
+
+
+def _step(pixels: FloatArray) -> float:
+    """Return the largest step between neighbouring pixels of one core."""
+    steps = np.concatenate([np.abs(np.diff(pixels, axis=axis)).max(axis=-1).ravel() for axis in (0, 1)])
+    return CLEAN_STEP if len(steps) and np.mean(steps <= CLEAN_STEP) >= CLEAN_SHARE else SAME_STEP
+
+
+def flat_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions:
+    """Cut a picture (H, W, C) into flat regions with resolved borders."""
+    pixels: FloatArray = np.asarray(image, dtype=np.float64)
+    step = _step(pixels)
+    labels = _cores(pixels, step)
+    colors = _means(labels, pixels)
+    for round_number in range(ROUNDS):
+        mixture = _explain(pixels, labels, colors)
+        if round_number == ROUNDS - 1 or not (mixture.miss > miss).any():
+            break
+        colors, added = _add_cores(pixels, labels, colors, mixture, miss)
+        if not added:
+            break
+    return _regions(pixels, labels, colors, mixture)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Mixture:
+    """Pixels outside cores: where (P,), the two cores, the share of the first, and what is left unexplained."""
+
+    rows: IntArray
+    columns: IntArray
+    first: IntArray
+    second: IntArray
+    share: FloatArray
+    miss: FloatArray
+
+
+def _grid_components(right: NDArray[np.bool_], down: NDArray[np.bool_], *slanted: NDArray[np.bool_]) -> IntArray:
+    """Label the pixels connected by what holds between neighbours to the right, below, and slanted ones, if any."""
+    height, width = right.shape[0], down.shape[1]
+    n = np.arange(height * width).reshape(height, width)
+    starts, ends = [n[:, :-1][right], n[:-1][down]], [n[:, 1:][right], n[1:][down]]
+    if slanted:
+        starts += [n[:-1, :-1][slanted[0]], n[:-1, 1:][slanted[1]]]
+        ends += [n[1:, 1:][slanted[0]], n[1:, :-1][slanted[1]]]
+    a, b = np.concatenate(starts), np.concatenate(ends)
+    graph = sparse.coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(n.size, n.size))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64).reshape(height, width)
+
+
+def _cores(image: FloatArray, step: float) -> IntArray:
+    """Label the flat components that hold a block of 2 x 2 from 1 on; 0 elsewhere."""
+    labels = _grid_components(
+        np.abs(np.diff(image, axis=1)).max(axis=-1) <= step, np.abs(np.diff(image, axis=0)).max(axis=-1) <= step
+    )
+    corner = labels[1:, 1:]
+    block = (corner == labels[:-1, :-1]) & (corner == labels[1:, :-1]) & (corner == labels[:-1, 1:])
+    has_block = np.zeros(labels.max() + 1, bool)
+    has_block[corner[block]] = True
+    return np.where(has_block, np.cumsum(has_block), 0)[labels]
+
+
+def _means(labels: IntArray, image: FloatArray) -> FloatArray:
+    count = np.bincount(labels.ravel())
+    sums = [np.bincount(labels.ravel(), weights=image[..., c].ravel()) for c in range(image.shape[2])]
+    return np.asarray(np.stack(sums, axis=1) / np.maximum(count, 1)[:, None])
+
+
+def _explain(image: FloatArray, labels: IntArray, colors: FloatArray) -> _Mixture:
+    """Explain each pixel outside the cores by the two cores near it that mix to its colour best."""
+    rows, columns = np.nonzero(labels == 0)
+    padded = np.pad(labels, 2)
+    near, distance = np.zeros((len(rows), NEAR), np.int64), np.zeros((len(rows), NEAR))
+    count = np.zeros(len(rows), np.int64)
+    for dy, dx in _OFFSETS:
+        core = padded[rows + 2 + dy, columns + 2 + dx]
+        new = np.flatnonzero((core > 0) & (count < NEAR) & ~(near == core[:, None]).any(axis=1))
+        near[new, count[new]], distance[new, count[new]] = core[new], np.hypot(dy, dx)
+        count[new] += 1
+    wanted = image[rows, columns]
+    first, second = np.zeros((2, len(rows)), np.int64)
+    share, miss, best = np.ones(len(rows)), np.full(len(rows), np.inf), np.full(len(rows), np.inf)
+    for i in range(NEAR):
+        for j in range(i, NEAR):
+            here = np.flatnonzero((near[:, i] > 0) & (near[:, j] > 0))
+            if not len(here):
+                continue
+            a, b = colors[near[here, i]], colors[near[here, j]]
+            difference = a - b
+            square = np.square(difference).sum(axis=1)
+            part = ((wanted[here] - b) * difference).sum(axis=1) / np.maximum(square, 1e-12)
+            part = np.where(square > 0, np.clip(part, 0, 1), 1.0)
+            left = np.abs(wanted[here] - b - part[:, None] * difference).max(axis=1)
+            score = left + DISTANCE_MISS * (distance[here, i] + distance[here, j])
+            better = score < best[here]
+            at = here[better]
+            first[at], second[at], share[at] = near[at, i], near[at, j], part[better]
+            best[at], miss[at] = score[better], left[better]
+    return _Mixture(rows, columns, first, second, share, miss)
+
+
+def _add_cores(
+    image: FloatArray, labels: IntArray, colors: FloatArray, mixture: _Mixture, miss: float
+) -> tuple[FloatArray, int]:
+    """Make cores of the worst explained pixel of each patch, and of those like it around; `labels` is changed."""
+    missed = np.zeros(labels.shape)
+    missed[mixture.rows, mixture.columns] = np.minimum(mixture.miss, 9)
+    patches, count = ndimage.label(missed > miss, _SQUARE)
+    boxes = ndimage.find_objects(patches)
+    new_colors: list[FloatArray] = []
+    for patch, worst in enumerate(ndimage.maximum_position(missed, patches, np.arange(1, count + 1)), start=1):
+        box = boxes[patch - 1]
+        inside = patches[box] == patch
+        if inside.sum() < 2 and missed[worst] < SINGLE_MISS:
+            continue
+        alike = inside & (np.abs(image[box] - image[worst]).max(axis=-1) <= 4 * SAME_STEP)
+        parts, _ = ndimage.label(alike, _SQUARE)
+        alike = parts == parts[worst[0] - box[0].start, worst[1] - box[1].start]
+        labels[box][alike] = len(colors) + len(new_colors)
+        new_colors.append(image[box][alike].mean(axis=0))
+    return np.concatenate([colors, np.reshape(new_colors, (-1, colors.shape[1]))]), len(new_colors)
+
+
+def _regions(image: FloatArray, labels: IntArray, colors: FloatArray, mixture: _Mixture) -> FlatRegions:
+    """Give mixed pixels to the core that most of them belongs to, and number the connected regions."""
+    size = image.shape[:2]
+    miss = np.where(labels > 0, np.abs(image - colors[labels]).max(axis=-1), 0.0)
+    labels, other, share = labels.copy(), labels.copy(), np.ones(size)
+    known = mixture.first > 0
+    at = mixture.rows[known], mixture.columns[known]
+    first = mixture.share[known] >= 0.5
+    labels[at] = np.where(first, mixture.first[known], mixture.second[known])
+    other[at] = np.where(first, mixture.second[known], mixture.first[known])
+    share[at] = np.maximum(mixture.share[known], 1 - mixture.share[known])
+    miss[at] = mixture.miss[known]
+    if (labels == 0).any():
+        nearest = ndimage.distance_transform_edt(labels == 0, return_distances=False, return_indices=True)
+        miss[labels == 0] = 1.0
+        labels = labels[tuple(nearest)]
+        other = np.where(other == 0, labels, other)
+    parts = _grid_components(
+        labels[:, 1:] == labels[:, :-1],
+        labels[1:] == labels[:-1],
+        labels[1:, 1:] == labels[:-1, :-1],
+        labels[1:, :-1] == labels[:-1, 1:],
+    )
+    cores = np.zeros(parts.max() + 1, np.int64)
+    cores[parts.ravel()] = labels.ravel()
+    parts = _without_small(parts, colors[cores])
+    kept, parts = np.unique(parts, return_inverse=True)
+    parts = parts.reshape(size)
+    return FlatRegions(parts, colors[cores[kept]], np.bincount(parts.ravel()), cores[kept], other, share, miss)
+
+
+def _without_small(parts: IntArray, colors: FloatArray) -> IntArray:
+    """Give regions of fewer pixels than the smallest to the neighbour of the nearest colour."""
+    sizes = np.bincount(parts.ravel())
+    boxes = ndimage.find_objects(parts + 1)
+    for part in np.argsort(sizes, kind="stable"):
+        if sizes[part] >= SMALLEST:
+            break
+        box = tuple(slice(max(s.start - 1, 0), s.stop + 1) for s in boxes[part])
+        inside = parts[box] == part
+        around = np.unique(parts[box][ndimage.binary_dilation(inside, _SQUARE) & ~inside])
+        if len(around) and inside.any():
+            target = around[np.argmin(np.abs(colors[around] - colors[part]).max(axis=1))]
+            parts[box][inside] = target
+            sizes[target] += sizes[part]
+            boxes[target] = tuple(
+                slice(min(a.start, b.start), max(a.stop, b.stop))
+                for a, b in zip(boxes[target], boxes[part], strict=True)
+            )
+    return parts

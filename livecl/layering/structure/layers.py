@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From a flat picture to its layers, bottom first: whole shapes, with what others hide of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.layering.structure.completion import completed, cut_in_two, joined, trapped
+from livecl.layering.structure.contours import Contour, Outlines
+from livecl.layering.structure.depth import (
+    Pairs,
+    evidence,
+    ground_regions,
+    paint_order,
+    same_color,
+    screens,
+)
+from livecl.layering.structure.flat import FlatRegions
+from livecl.layering.structure.prices import PRICES, Prices, outline_price
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Layer:
+    """A shape of one colour.
+
+    Attributes
+    ----------
+    outlines : list of (n, 2) float
+        Closed polylines, px, the outer one first; holes run the other way round.
+    color : (C,) float
+        As in the picture.
+    """
+
+    outlines: list[FloatArray]
+    color: FloatArray
+
+
+@dataclasses.dataclass(eq=False)
+class _Shape:
+    """A layer in the making: the regions that show it, those its outline goes around, and its contours."""
+
+    shown: set[int]
+    around: set[int]
+    contours: list[Contour]
+
+    def sort(self) -> None:
+        self.contours.sort(key=lambda contour: -abs(contour.area))
+
+    def outer(self) -> list[tuple[int, Contour]]:
+        """Contours that are no holes, with their places."""
+        return [(i, c) for i, c in enumerate(self.contours) if not c.is_hole_of(self.contours[0])]
+
+
+def find_layers(regions: FlatRegions, ground: FloatArray, prices: Prices = PRICES) -> list[Layer]:
+    """Return the layers of a flat picture over a ground of a colour (C,), the lowest first."""
+    outlines = Outlines(regions)
+    behind = ground_regions(outlines, ground)
+    seen_through = screens(outlines, behind)
+    nodes = [k for k in range(outlines.count) if k not in behind]
+    front, markings = evidence(outlines, nodes, seen_through, prices)
+    order = paint_order(front, nodes, regions.sizes, [screen.behind for screen in seen_through])
+    scene = _Scene(outlines, front, order, prices)
+    for k in order:
+        scene.add(k, {o for (region, o) in markings if region == k and scene.depth[o] > scene.depth[k]})
+    for screen in seen_through:
+        scene.unite(screen.front, screen.behind)
+    scene.join_all()
+    return [Layer(shape, regions.colors[k]) for k, shape in scene.whole()]
+
+
+class _Scene:
+    """Shapes by the region that stands for each, and what is known of their depth."""
+
+    def __init__(self, outlines: Outlines, front: Pairs, order: list[int], prices: Prices) -> None:
+        self.outlines, self.prices = outlines, prices
+        self.depth = {k: i for i, k in enumerate(order)}
+        self.shapes: dict[int, _Shape] = {}
+        self._front = front
+        self._known: dict[int, set[int]] = {k: set() for k in order}
+        self._sure: dict[int, set[int]] = {k: set() for k in order}
+        for (a, b), weight in front.items():
+            self._known[a].add(b)
+            self._known[b].add(a)
+            if weight > prices.sure:
+                self._sure[b].add(a)
+
+    def add(self, k: int, markings: Iterable[int]) -> None:
+        """Add a shape that shows one region, its outline drawn around the markings on it as well."""
+        around = {k, *markings}
+        self.shapes[k] = _Shape({k}, around, list(self.outlines.of(around)))
+
+    def unite(self, front: int, behind: Iterable[int]) -> None:
+        """Make one shape of the regions seen through another; around that one as well where this is simpler."""
+        parts_of = set(behind)
+        keys = sorted((k for k, shape in self.shapes.items() if shape.shown & parts_of), key=lambda k: self.depth[k])
+        if not keys or front not in self.depth:
+            return
+        around = set().union(*(self.shapes[k].around for k in keys))
+        shown = set().union(*(self.shapes[k].shown for k in keys))
+        parts, whole = self.outlines.of(around), self.outlines.of(around | {front})
+        sizes, prices = self.outlines.regions.sizes, self.prices
+        apart = sum(outline_price(part.points, prices) for part in parts)
+        apart += prices.layer * (sum(not part.is_hole_of(parts[0]) for part in parts) - 1)
+        hidden = prices.hidden * sizes[front] / sizes[list(around)].sum()
+        for k in keys:
+            del self.shapes[k]
+        if outline_price(whole[0].points, prices) + hidden < apart:
+            parts, around = whole, around | {front}
+        self.shapes[keys[0]] = _Shape(shown, around, list(parts))
+
+    def _above(self, *keys: int) -> set[int]:
+        """Regions of the shapes above the lowest of some."""
+        depth = min(self.depth[k] for k in keys)
+        others = (k for k in self.shapes if self.depth[k] > depth and k not in keys)
+        return {o for k in others for o in self.shapes[k].shown}
+
+    def covers(self, *keys: int) -> tuple[BoolArray, BoolArray]:
+        """Return below which regions some shapes may continue, and in what room."""
+        above = self._above(*keys)
+        own = set().union(*(self.shapes[k].shown for k in keys))
+        sure = set().union(*(self._sure[k] for k in own))
+        known = set().union(*(self._known[k] for k in own))
+        below = self.outlines.marks(o for o in above if o in sure or o not in known)
+        around = set().union(*(self.shapes[k].around for k in keys))
+        return below, self.outlines.room(around, self.outlines.marks(above))
+
+    def _against(self, shown: set[int], depth: int) -> float:
+        """Return the evidence against some regions lying at a depth."""
+        at = {o: self.depth[k] for k, shape in self.shapes.items() for o in shape.shown - shown}
+        total = 0.0
+        for (a, b), weight in self._front.items():
+            if (a in shown and b in at and at[b] > depth) or (b in shown and a in at and at[a] < depth):
+                total += weight
+        return total
+
+    def _joint_depth(self, a: int, b: int) -> tuple[float, int]:
+        """Return what speaks against two shapes being one, more than against each where it is, and its best depth."""
+        shown = self.shapes[a].shown | self.shapes[b].shown
+        apart = sum(self._against(self.shapes[k].shown, self.depth[k]) for k in (a, b))
+        against, best = min((self._against(shown, self.depth[k]), self.depth[k]) for k in (a, b))
+        return max(0.0, against - apart), best
+
+    def join_all(self) -> None:
+        """Join shapes of one colour, again and again the pair that saves most; then each with itself."""
+        tried: dict[tuple[Contour, ...], tuple[float, int, int, Contour] | None] = {}
+        while True:
+            best: tuple[float, int, int, Contour] | None = None
+            place = (0, 0)
+            keys = sorted(self.shapes, key=lambda k: self.depth[k])
+            for i, a in enumerate(keys):
+                for b in keys[i + 1 :]:
+                    if not same_color(self.outlines, a, b):
+                        continue
+                    pair = (*self.shapes[a].contours, *self.shapes[b].contours)
+                    if pair not in tried:
+                        tried[pair] = self._best_join(a, b)
+                    found = tried[pair]
+                    if found is not None and (best is None or found[0] > best[0]):
+                        best, place = found, (a, b)
+            if best is None:
+                break
+            self._join(*place, best[1], best[2], best[3])
+        for k, shape in self.shapes.items():
+            self._cut(k, shape)
+
+    def _best_join(self, a: int, b: int) -> tuple[float, int, int, Contour] | None:
+        """Return what joining two shapes saves at best, the two contours by their places, and the one they become."""
+        below, room = self.covers(a, b)
+        ends = [[(i, c) for i, c in self.shapes[k].outer() if below[c.across].any()] for k in (a, b)]
+        if not (ends[0] and ends[1]):
+            return None
+        best = None
+        least = self.prices.saving + self._joint_depth(a, b)[0]
+        for i, first in ends[0]:
+            for j, second in ends[1]:
+                found = joined(first, second, below, room, self.outlines, self.prices)
+                if found is None:
+                    continue
+                apart = sum(completed(c, below, room, self.outlines, self.prices)[1] for c in (first, second))
+                saved = apart + self.prices.layer - found[1]
+                if saved > least and (best is None or saved > best[0]):
+                    best = saved, i, j, found[0]
+        return best
+
+    def _join(self, a: int, b: int, i: int, j: int, whole: Contour) -> None:
+        self.depth[a] = self._joint_depth(a, b)[1]
+        first, second = self.shapes[a], self.shapes.pop(b)
+        contours = [
+            whole,
+            *first.contours[:i],
+            *first.contours[i + 1 :],
+            *second.contours[:j],
+            *second.contours[j + 1 :],
+        ]
+        self.shapes[a] = _Shape(first.shown | second.shown, first.around | second.around, contours)
+        self.shapes[a].sort()
+
+    def _cut(self, k: int, shape: _Shape) -> None:
+        below, room = self.covers(k)
+        again = True
+        while again:
+            again = False
+            for i, contour in shape.outer():
+                two = cut_in_two(contour, below, room, self.outlines, self.prices)
+                if two is not None:
+                    shape.contours[i : i + 1] = two
+                    shape.sort()
+                    again = True
+                    break
+
+    def whole(self) -> list[tuple[int, list[FloatArray]]]:
+        """Return the shapes from the bottom to the top, completed; holes in which others lie are filled."""
+        found = []
+        for k in sorted(self.shapes, key=lambda k: self.depth[k]):
+            below, room = self.covers(k)
+            contours = self.shapes[k].contours
+            polylines = []
+            for contour in contours:
+                if below[contour.across].all() and contour.is_hole_of(contours[0]):
+                    continue
+                whole, _ = completed(contour, below, room, self.outlines, self.prices)
+                polylines.append(trapped(whole, below, room, self.outlines))
+            found.append((k, polylines))
+        return found

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Place the layers that structure finds: outlines fitted to them, those that remove most error first.
+
+What a stage adds depends on the picture and on how many layers there are already, and on nothing else, so that a run
+can go on from any state.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from livecl.drawing.drawing import Drawing
+from livecl.geometry.bezier import bernstein
+from livecl.geometry.fitting import fit_outlines
+from livecl.geometry.outlines import circle
+from livecl.layering.structure.flat import FlatRegions, flat_regions, flatness
+from livecl.layering.structure.layers import Layer, find_layers
+from livecl.layering.structure.prices import signed_area
+
+FloatArray = NDArray[np.float64]
+
+#: Share of the pixels that regions of some size must explain for a picture to count as flat, and that size, px.
+FLAT_SHARE, LARGE_REGION = 0.97, 16
+#: Share of its pixels that flat cores must hold: else it is not looked at any further.
+CORE_SHARE = 0.5
+#: Largest share of neighbouring pixels that differ a little, as on slopes of shading.
+MOST_SLOPES = 0.02
+#: Most regions of a flat picture, for each of its 256 x 256 pixels.
+MOST_REGIONS = 150
+#: What a pixel's colour may miss and still count as explained.
+EXPLAINED = 12 / 255
+#: Largest distance, px, of a fitted outline from the border, and its root mean square.
+FIT_DISTANCE, FIT_DEVIATION = 1.1, 0.4
+#: Most segments of an outline; px of its length that a place for an anchor takes; most places.
+MOST_SEGMENTS, PLACE, MOST_PLACES = 48, 4.0, 128
+#: Area, px^2, up to which a part is a circle.
+DOT = 12.0
+#: Points at which a segment is looked at, and the share of a point from which on a control point decides on it.
+SAMPLES, LEAST_SHARE = 9, 0.2
+#: Squared error that a layer must remove, in channels of a pixel that are wholly wrong; or pixels that must show it.
+LEAST_GAIN, LEAST_PIXELS = 3.0, 64
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class NextLayers:
+    """What a stage adds.
+
+    Attributes
+    ----------
+    outlines : list of list of (s, 3, 2) float
+        Closed paths of each of K new layers, px.
+    colors : (K, C) float
+        Their colours.
+    order : (N + K,) int
+        Paint order of the N old layers and the new ones.
+    weight : (H, W) float32
+        0 where layers will show that are not placed yet, 1 elsewhere.
+    numbers : (N + K,) int
+        Number of each layer of the drawing in the whole structure, in paint order.
+    top : (H, W) int
+        Layer that shows at each pixel in the whole structure, 1 for the lowest; 0 where the ground does.
+    """
+
+    outlines: list[list[FloatArray]]
+    colors: FloatArray
+    order: NDArray[np.intp]
+    weight: NDArray[np.float32]
+    numbers: NDArray[np.intp]
+    top: NDArray[np.int64]
+
+    def hidden_points(self, drawing: Drawing) -> NDArray[np.bool_]:
+        """Return the control points (M, 3) of a drawing that no pixel decides on: their curves run below others there.
+
+        A control point is seen where its share of a visible point of its curve (its Bernstein weight) is large enough.
+        """
+        lowest = ndimage.minimum_filter(self.top, footprint=ndimage.generate_binary_structure(2, 1))
+        at = np.linspace(0, 1, SAMPLES)
+        weights = bernstein(at)  # (SAMPLES, 4)
+        samples = np.floor(weights @ drawing.cubics).astype(np.int64)
+        height, width = self.top.shape
+        rows, columns = np.clip(samples[..., 1], 0, height - 1), np.clip(samples[..., 0], 0, width - 1)
+        shown = lowest[rows, columns] <= self.numbers[drawing.segment_layers][:, None] + 1  # (M, SAMPLES)
+        seen = (shown[..., None] & (weights >= LEAST_SHARE)).any(axis=1)  # (M, 4)
+        points = seen[:, :3].copy()
+        points[drawing.next_segments, 0] |= seen[:, 3]
+        return ~points
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Structure:
+    """Layers of a picture, the lowest first; their numbers by what they are worth; and which one shows, 0 for none."""
+
+    layers: list[Layer]
+    ranked: NDArray[np.intp]
+    top: NDArray[np.int64]
+
+
+def structured(target: NDArray[Any], background: NDArray[Any] | None) -> bool:
+    """Whether flat regions explain a picture (H, W, C), and there is something beside its ground."""
+    share, slopes, cores = flatness(target)
+    most = MOST_REGIONS * max(1.0, target.shape[0] * target.shape[1] / 65536)
+    if share < CORE_SHARE or slopes > MOST_SLOPES or cores > most:
+        return False
+    regions = _regions_of(*_frozen(target))
+    large = regions.sizes[regions.labels] >= LARGE_REGION
+    explained = float(np.mean(large & (regions.miss <= EXPLAINED)))
+    if explained < FLAT_SHARE or len(regions.sizes) > most:
+        return False
+    return len(_structure_of(*_frozen(target), _ground(target, background)).ranked) > 0
+
+
+def place_structure(
+    target: NDArray[Any], drawing: Drawing, count: int, check: Callable[[], None] = lambda: None
+) -> NextLayers | None:
+    """Return the next layers of a flat picture, or None where they are all there.
+
+    Parameters
+    ----------
+    target : (H, W, C) array
+        RGB, or premultiplied RGBA where the drawing has no background.
+    drawing : Drawing
+        The layers that earlier calls have placed, in their paint order.
+    count : int
+        Layers wanted, at most.
+    check : callable
+        Called between outlines; what it raises ends the placement.
+    """
+    found = _structure_of(*_frozen(target), _ground(target, drawing.background))
+    last = drawing.num_layers + count
+    placed, new = found.ranked[: drawing.num_layers], found.ranked[drawing.num_layers : last]
+    if not len(new) or len(placed) < drawing.num_layers:
+        return None
+    outlines = []
+    for k in new:
+        check()
+        outlines.append(fitted_layer(found.layers[k]))
+    order = np.argsort(np.concatenate([np.sort(placed), new]), kind="stable")
+    missing = ndimage.binary_dilation(np.isin(found.top, found.ranked[last:] + 1), np.ones((5, 5)))
+    colors = np.array([found.layers[k].color for k in new])
+    numbers = np.sort(found.ranked[:last])
+    return NextLayers(outlines, colors, order, (~missing).astype(np.float32), numbers, found.top)
+
+
+def fitted_layer(layer: Layer) -> list[FloatArray]:
+    """Return the outline of a layer as closed cubic paths (s, 3, 2), of as few segments as follow it closely."""
+    paths = []
+    for points in layer.outlines:
+        area = abs(signed_area(points))
+        if area < DOT:
+            path = circle(points.mean(axis=0), np.sqrt(max(area, 1.0) / np.pi), 4)
+            paths.append(path)
+            continue
+        length = len(points)
+        most = int(np.clip(length // 6, 4, MOST_SEGMENTS))
+        places = int(np.clip(length / PLACE, 24, MOST_PLACES))
+        fits = fit_outlines(points, most, places)
+        paths.append(next((path for path in fits[1:] if _follows(path, points)), fits[-1]))
+    return paths
+
+
+def _follows(path: FloatArray, points: FloatArray) -> bool:
+    """Whether a path stays close to a polyline (n, 2)."""
+    from scipy.spatial import cKDTree
+
+    cubics = np.concatenate([path, np.roll(path[:, :1], -1, axis=0)], axis=1)
+    samples = (bernstein(np.linspace(0, 1, 24, endpoint=False)) @ cubics).reshape(-1, 2)
+    distance, _ = cKDTree(samples).query(points)
+    step = float(np.hypot(*np.diff(np.concatenate([samples, samples[:1]]), axis=0).T).max()) / 2
+    distance = np.sqrt(np.maximum(distance**2 - min(step, 1.0) ** 2 / 4, 0))
+    return bool(distance.max() <= FIT_DISTANCE and np.sqrt(np.mean(distance**2)) <= FIT_DEVIATION)
+
+
+def _ground(target: NDArray[Any], background: NDArray[Any] | None) -> tuple[float, ...]:
+    """Return what shows where there are no layers, as a pixel of the target."""
+    return (0.0,) * target.shape[2] if background is None else tuple(float(v) for v in background)
+
+
+def _frozen(image: NDArray[Any]) -> tuple[bytes, tuple[int, ...]]:
+    pixels = np.ascontiguousarray(image, dtype=np.float32)
+    return pixels.tobytes(), pixels.shape
+
+
+@functools.lru_cache(maxsize=2)
+def _regions_of(data: bytes, shape: tuple[int, ...]) -> FlatRegions:
+    return flat_regions(np.frombuffer(data, np.float32).reshape(shape))
+
+
+@functools.lru_cache(maxsize=2)
+def _structure_of(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...]) -> _Structure:
+    """Find the layers of a picture, and rank them by the error that each removes, the most first."""
+    from skimage.draw import polygon2mask
+
+    layers = find_layers(_regions_of(data, shape), np.array(ground))
+    top, second = np.zeros((2, *shape[:2]), np.int64)
+    for number, layer in enumerate(layers, start=1):
+        mask = np.zeros(shape[:2], bool)
+        for points in layer.outlines:
+            mask ^= polygon2mask(shape[:2], points[:, ::-1] - 0.5)
+        second[mask], top[mask] = top[mask], number
+    colors = np.stack([np.array(ground), *(layer.color for layer in layers)])
+    lost = np.square(colors[top] - colors[second]).sum(axis=-1)
+    gains = np.bincount(top.ravel(), weights=lost.ravel(), minlength=len(layers) + 1)[1:]
+    shown = np.bincount(top.ravel(), minlength=len(layers) + 1)[1:]
+    order = np.argsort(-gains, kind="stable")
+    return _Structure(layers, order[(gains[order] >= LEAST_GAIN) | (shown[order] >= LEAST_PIXELS)], top)

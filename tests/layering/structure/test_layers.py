@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Known small drawings: the layers that a person would draw are found, whole and in order."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from skimage.draw import polygon2mask
+
+from livecl.layering.structure.flat import flat_regions
+from livecl.layering.structure.layers import find_layers
+
+SIZE = (96, 96)
+FINE = 4  # samples of a pixel's side
+RED, GREEN, BLUE, YELLOW = (0.9, 0.2, 0.2), (0.2, 0.7, 0.3), (0.15, 0.3, 0.75), (0.97, 0.85, 0.25)
+WHITE, GREY = (1.0, 1.0, 1.0), (0.6, 0.6, 0.6)
+
+Mask = NDArray[np.bool_]
+
+
+def _samples() -> tuple[NDArray[Any], NDArray[Any]]:
+    rows, columns = np.indices((FINE * SIZE[0], FINE * SIZE[1]))
+    return (columns + 0.5) / FINE, (rows + 0.5) / FINE
+
+
+X, Y = _samples()
+
+
+def disc(x: float, y: float, radius: float) -> Mask:
+    return np.asarray(np.hypot(X - x, Y - y) <= radius)
+
+
+def box(left: float, top: float, right: float, bottom: float) -> Mask:
+    return np.asarray((left <= X) & (right >= X) & (top <= Y) & (bottom >= Y))
+
+
+def picture(*layers: tuple[Mask, Any], ground: Any = WHITE) -> NDArray[np.float64]:
+    """Paint layers over a ground, at 8 bits, each pixel the mean of its samples."""
+    image = np.ones((*X.shape, 3)) * ground
+    for mask, color in layers:
+        image[mask] = color
+    mean = image.reshape(SIZE[0], FINE, SIZE[1], FINE, 3).mean(axis=(1, 3))
+    return np.asarray(np.round(255 * mean) / 255)
+
+
+def found(image: NDArray[Any], ground: Any = WHITE) -> list[tuple[Mask, NDArray[Any]]]:
+    layers = find_layers(flat_regions(image), np.array(ground))
+    result = []
+    for layer in layers:
+        mask = np.zeros(SIZE, bool)
+        for points in layer.outlines:
+            mask ^= polygon2mask(SIZE, points[:, ::-1] - 0.5)
+        result.append((mask, layer.color))
+    return result
+
+
+def overlap(mask: Mask, wanted: Mask) -> float:
+    whole = wanted.reshape(SIZE[0], FINE, SIZE[1], FINE).mean(axis=(1, 3)) >= 0.5
+    return float((mask & whole).sum() / (mask | whole).sum())
+
+
+def check(image: NDArray[Any], *wanted: tuple[Mask, Any], ground: Any = WHITE, least: float = 0.95) -> None:
+    """The layers are these and no others, in this order."""
+    layers = found(image, ground)
+    assert len(layers) == len(wanted)
+    for (mask, color), (shape, paint) in zip(layers, wanted, strict=True):
+        assert np.abs(color - paint).max() < 0.02
+        assert overlap(mask, shape) > least
+
+
+def test_a_disc_behind_a_disc_is_whole() -> None:
+    layers = (disc(40, 48, 26), RED), (disc(64, 48, 20), BLUE)
+    check(picture(*layers), *layers)
+
+
+def test_what_lies_on_a_disc_makes_no_hole_in_it() -> None:
+    layers = (disc(48, 48, 34), YELLOW), (disc(40, 44, 8), BLUE), (disc(60, 50, 7), RED)
+    assert len(found(picture(*layers))) == 3
+    mask, color = found(picture(*layers))[0]
+    assert np.abs(color - YELLOW).max() < 0.02 and overlap(mask, layers[0][0]) > 0.98
+
+
+def test_a_ring_on_the_ground_has_a_hole() -> None:
+    ring = disc(48, 48, 34) & ~disc(48, 48, 22)
+    check(picture((ring, BLUE)), (ring, BLUE))
+
+
+def test_a_ring_on_a_disc_shows_the_disc() -> None:
+    ring = disc(48, 48, 28) & ~disc(48, 48, 20)
+    check(picture((disc(48, 48, 40), YELLOW), (ring, RED)), (disc(48, 48, 40), YELLOW), (ring, RED))
+
+
+def test_a_bar_on_both_sides_of_a_disc_is_one() -> None:
+    layers = (box(8, 40, 88, 54), GREEN), (disc(48, 47, 18), RED)
+    check(picture(*layers), *layers)
+
+
+def test_a_board_on_both_sides_of_a_bar_is_one() -> None:
+    layers = (box(12, 24, 84, 70), BLUE), (box(40, 8, 54, 88), YELLOW)
+    check(picture(*layers), *layers)
+
+
+def test_white_letters_on_a_plate_are_shapes() -> None:
+    letter = box(30, 24, 40, 66) | box(30, 58, 60, 66)
+    layers = (box(12, 12, 84, 84), BLUE), (letter, WHITE)
+    check(picture(*layers), *layers)
+
+
+@pytest.mark.parametrize("levels", [4, 8, 12])
+@pytest.mark.parametrize("ground", [WHITE, GREY])
+def test_pale_shapes_are_two(levels: int, ground: Any) -> None:
+    pale = tuple(channel - levels / 255 for channel in ground)
+    layers = (disc(28, 48, 16), pale), (box(56, 30, 86, 66), pale)
+    image = picture(*layers, ground=ground)
+    masks = sorted((mask for mask, _ in found(image, ground)), key=lambda mask: mask.nonzero()[1].min())
+    assert len(masks) == 2
+    assert overlap(masks[0], layers[0][0]) > 0.9 and overlap(masks[1], layers[1][0]) > 0.9
+
+
+def test_equal_colors_apart_stay_two() -> None:
+    image = picture((disc(28, 48, 14), RED), (disc(68, 48, 14), RED))
+    assert len(found(image)) == 2
+
+
+def test_the_same_layers_every_time() -> None:
+    image = picture((disc(40, 48, 26), RED), (disc(64, 48, 20), BLUE), (box(8, 40, 88, 46), GREEN))
+    first, second = found(image), found(image)
+    assert all(np.array_equal(a[0], b[0]) for a, b in zip(first, second, strict=True))
+
+
+def test_a_blank_page_has_no_layers() -> None:
+    assert found(np.ones((*SIZE, 3))) == []
