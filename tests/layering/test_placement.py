@@ -360,8 +360,8 @@ def test_only_holes_that_are_better_as_they_are_stay_open(place: Placer) -> None
     target[4:44, 4:44] = RED
     target[10:20, 10:20] = 1.0
     target[28:38, 28:38] = (0.6, 0.1, 0.2)
-    first = place(target, 1, Options())
+    first = place(target, 1, Options(placement="region"))
     coverage = place.alphas(first)[0]
     assert coverage[12:18, 12:18].max() < 0.1 and coverage[30:36, 30:36].min() > 0.9
-    filled = place(target, 1, Options(holes=False))
+    filled = place(target, 1, Options(placement="region", holes=False))
     assert place.alphas(filled)[0][12:18, 12:18].min() > 0.9
