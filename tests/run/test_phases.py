@@ -19,6 +19,7 @@ from livecl.layering.pruning import least_useful
 from livecl.run.loop import train
 from livecl.run.phases import MAX_FAILURES, MIN_IMPROVEMENT, Grow, Refine, Revise, plan_of
 from livecl.run.run import Run
+from livecl.svg import format_svg, quantize
 from livecl.training.state import FREE, KEPT, LOCKED
 from livecl.views.course import Course
 
@@ -277,3 +278,19 @@ def test_decisions_compare_the_visible_error(device: int) -> None:
     run.state.options = Options(placement="region", iterations=5, revisions=0, target_mse=between)
     run.end()
     assert run.state.error == run.visible_mse(run.state.drawing)
+
+
+def test_the_outcome_is_never_worse_than_the_drawing_to_start_from(device: int) -> None:
+    start = vectorize(SMALL, 2, options=Options(placement="region", iterations=9, revisions=0), device=device).drawing
+    run = Run(SMALL, State.start(start, QUICK, (0,), 0), device)
+    run.state.drawing = start.moved(start.points + 3, start.colors, start.background)
+    assert format_svg(run.outcome()) == format_svg(start)
+
+
+def test_the_outcome_in_a_revision_that_has_not_paid_is_the_drawing_before(device: int) -> None:
+    run = started([FREE] * 4, device)
+    before = run.state.drawing
+    run.begin()
+    revised = run.state.drawing
+    run.state.drawing = revised.moved(revised.points + 3, revised.colors, revised.background)
+    assert format_svg(run.outcome()) == format_svg(quantize(before))
