@@ -16,7 +16,7 @@ from livecl.cli.common import BadInputError, number
 from livecl.image.reading import save_image
 from livecl.svg.animated import save_animated_svg
 from livecl.views.films import save_gif
-from livecl.views.frames import SHORTEST_FRAME, render_frames
+from livecl.views.frames import MIN_GIF_FRAME, render_frames
 
 FORMATS = "OUT.svg: animated; OUT.gif; OUT.png: side by side; a folder: numbered SVGs"
 #: Gap between pictures side by side: px, and grey level.
@@ -29,7 +29,7 @@ def add_output_arguments(parser: argparse.ArgumentParser, seconds: float) -> Non
     group = parser.add_argument_group("output")
     group.add_argument(
         "--seconds",
-        type=number(SHORTEST_FRAME),
+        type=number(MIN_GIF_FRAME),
         default=seconds,
         metavar="S",
         help=f"time from the first drawing to the last (default: {seconds:g})",
@@ -70,7 +70,7 @@ def write_drawings(output: Path, drawings: Sequence[livecl.Drawing], arguments: 
         save_gif(
             output,
             drawings,
-            seconds_per_frame=max(SHORTEST_FRAME, arguments.seconds / steps),
+            seconds_per_frame=max(MIN_GIF_FRAME, arguments.seconds / steps),
             hold=arguments.hold,
             bounce=not arguments.one_way,
             scale=arguments.scale,

@@ -28,7 +28,7 @@ DIFFERENCE_LEVELS, TRANSPARENT_LEVELS = (4, 8), (4, 8, 16, 32)
 #: Regions count as duplicates if gain and area differ by less than about 1 / `ALIKE`.
 ALIKE = 20
 #: Fewest pixels of a region.
-SMALLEST = 3
+MIN_PIXELS = 3
 
 
 @dataclasses.dataclass(frozen=True)
@@ -98,7 +98,7 @@ class RegionFinder:
         for number, segmentation in enumerate(self._segmentations):
             self._check()
             gain = np.bincount(segmentation.labels.ravel(), error.ravel(), len(segmentation.area)) - segmentation.within
-            gain[segmentation.area < SMALLEST] = 0.0
+            gain[segmentation.area < MIN_PIXELS] = 0.0
             found += [(-gain[k], number, int(k)) for k in np.argsort(-gain, kind="stable")[:count] if gain[k] > 0]
         for negative_gain, number, k in sorted(found):
             segmentation = self._segmentations[number]

@@ -17,10 +17,10 @@ from livecl.image.resizing import scaled
 from livecl.run.callbacks import OnStep, Step, tell_stage_end
 from livecl.run.result import Result
 from livecl.views.films import save_mp4
-from livecl.views.frames import LONGEST_HOLD, SHORTEST_FRAME, encode_gif, render_frames
+from livecl.views.frames import MAX_GIF_HOLD, MIN_GIF_FRAME, encode_gif, render_frames
 
 #: Longer side, px, that smaller drawings are enlarged to in a film, by a whole factor.
-LEAST_SIDE = 240
+MIN_SIDE = 240
 
 
 @dataclasses.dataclass(frozen=True)
@@ -138,11 +138,11 @@ class Course:
             If nothing has been kept, or a number is out of range.
         """
         drawings = self.drawings(step=step, result=result)
-        if not 0 < fps <= 1 / SHORTEST_FRAME:
+        if not 0 < fps <= 1 / MIN_GIF_FRAME:
             raise ValueError(
-                f"fps: got {fps!r}, wanted more than 0 and at most {1 / SHORTEST_FRAME:g} pictures a second"
+                f"fps: got {fps!r}, wanted more than 0 and at most {1 / MIN_GIF_FRAME:g} pictures a second"
             )
-        check_number("hold", hold, 0, LONGEST_HOLD)
+        check_number("hold", hold, 0, MAX_GIF_HOLD)
         pictures = list(_rendered(drawings, scale, device, progress))
         durations = [1 / fps] * len(pictures)
         durations[-1] += hold
@@ -186,7 +186,7 @@ def _rendered(
 ) -> Iterator[NDArray[np.float32]]:
     """Render drawings, over white, and report after each."""
     if scale is None:
-        scale = max(1, LEAST_SIDE // max(drawings[0].size))
+        scale = max(1, MIN_SIDE // max(drawings[0].size))
     for done, picture in enumerate(render_frames(drawings, scale, device), start=1):
         yield picture
         if progress is not None:

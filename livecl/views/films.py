@@ -16,7 +16,7 @@ from livecl.drawing.checks import check_number
 from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.files import write_atomically
-from livecl.views.frames import LONGEST_HOLD, SHORTEST_FRAME, encode_gif, render_frames
+from livecl.views.frames import MAX_GIF_HOLD, MIN_GIF_FRAME, encode_gif, render_frames
 
 #: x264's constant rate factor: 18 and less is taken for visually lossless.
 RATE_FACTOR = 18
@@ -142,8 +142,8 @@ def save_gif(
     ValueError
         If there are no drawings, their sizes differ, or a number is out of range.
     """
-    check_number("seconds_per_frame", seconds_per_frame, SHORTEST_FRAME, LONGEST_HOLD)
-    check_number("hold", hold, 0, LONGEST_HOLD - seconds_per_frame)
+    check_number("seconds_per_frame", seconds_per_frame, MIN_GIF_FRAME, MAX_GIF_HOLD)
+    check_number("hold", hold, 0, MAX_GIF_HOLD - seconds_per_frame)
     frames = list(render_frames(drawings, scale, device))
     durations = [seconds_per_frame] * len(frames)
     for end in {0, len(frames) - 1}:

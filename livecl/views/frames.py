@@ -22,7 +22,7 @@ PALETTE = 256
 PALETTE_PIXELS = 1 << 20
 #: Shortest time, s, for which a GIF shows a picture, as browsers slow down shorter ones; and longest stand, as 16 bits
 #: count hundredths of a second.
-SHORTEST_FRAME, LONGEST_HOLD = 0.02, 600
+MIN_GIF_FRAME, MAX_GIF_HOLD = 0.02, 600
 #: Pixels of a scaled canvas, at most.
 MAX_PIXELS = 1 << 26
 
