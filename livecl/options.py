@@ -110,6 +110,10 @@ class Options:
         "Whether the opacity of fills is trained, and becomes 1 where it is above 0.9 in the second half of a "
         "stage; is trained only; or stays at that of new paths",
     )
+    fills: Literal["solid", "auto", "linear", "radial"] = _option(
+        "solid",
+        "What may fill a layer: one colour; or a gradient too, of either or of one kind, where it is worth a path",
+    )
     variant: Literal["paper", "released"] = _option(
         "paper",
         "Whose distance weight, Xing loss and placement rule: the text's, or the authors' program's",
@@ -259,6 +263,7 @@ _PAPER: dict[str, Any] = {
     "decay": 1.0,
     "new_color": "target",
     "opacity": "train",
+    "fills": "solid",
     "variant": "paper",
 }
 

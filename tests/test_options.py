@@ -44,6 +44,7 @@ PAPER = {
     "full_rate_side": 0.0,
     "decay": 1.0,
     "opacity": "train",
+    "fills": "solid",
 }
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.layering.fills import shaded
 from livecl.layering.merging import merge_neighbors
 from livecl.layering.placement import place_paths
 from livecl.layering.pruning import least_useful
@@ -29,7 +30,7 @@ MERGING_LOSS = 1e-4
 #: Revisions in a row that may fail.
 MAX_FAILURES = 3
 
-Kind = Literal["refine", "grow", "revise"]
+Kind = Literal["refine", "grow", "shade", "revise"]
 
 
 class Phase(Protocol):
@@ -91,6 +92,35 @@ class Grow:
 
 
 @dataclasses.dataclass(frozen=True)
+class Shade:
+    """Give layers gradients that they are worth it to, and train them; kept if the error falls.
+
+    Parameters
+    ----------
+    kinds : tuple of str
+        Which of "linear" and "radial".
+    """
+
+    kinds: tuple[str, ...]
+    kind: ClassVar[Kind] = "shade"
+
+    def begin(self, run: Run) -> bool:
+        """Start gradients from least squares; False where no layer has one."""
+        state = run.state
+        drawing = shaded(state.drawing, run.rasterizer, run.target, self.kinds, state.free)
+        if not np.any(drawing.fills.kinds != state.drawing.fills.kinds):
+            state.stage += 1
+            return False
+        state.fallback = state.fall_back()
+        state.replace_fills(drawing)
+        return True
+
+    def end(self, run: Run) -> bool:
+        """Keep the better drawing."""
+        return run.keep_if_better()
+
+
+@dataclasses.dataclass(frozen=True)
 class Revise:
     """Merge neighbours of one colour, place the least useful layers anew; kept if the error falls by enough.
 
@@ -107,7 +137,7 @@ class Revise:
         """Take layers out, and place as many as are missing."""
         state = run.state
         state.fallback = state.fall_back()
-        if state.options.merge and state.failures % 2 == 0:
+        if state.options.merge and state.failures % 2 == 0 and not state.drawing.fills.any_gradients:
             merged = merge_neighbors(
                 state.drawing, run.rasterizer, run.target, state.options, state.free, MERGING_LOSS, run.check
             )
@@ -136,16 +166,23 @@ class Revise:
         return order[start : start + count]
 
 
-def plan_of(schedule: Sequence[int], revisions: int) -> tuple[Phase, ...]:
-    """Return the phases of a run: one for each stage of the schedule, of which 0 refines, then revisions."""
+def plan_of(schedule: Sequence[int], revisions: int, fills: str = "solid") -> tuple[Phase, ...]:
+    """Return the phases of a run: one for each stage of the schedule, of which 0 refines, shading, then revisions."""
     stages: list[Phase] = [Grow(count) if count else Refine() for count in schedule]
+    if fills != "solid":
+        stages.append(Shade(("linear", "radial") if fills == "auto" else (fills,)))
     return (*stages, *(Revise(number) for number in range(revisions)))
 
 
 def place(run: Run, count: int, stage: int) -> int:
     """Add up to `count` layers, labelled with a stage, and return how many were worth it."""
     state = run.state
-    placement = place_paths(run.target, state.drawing, count, state.options, state.rng, run.rasterizer, run.check)
+    target = run.target
+    if state.drawing.fills.any_gradients:
+        # Placement composites layers of one colour: what gradients add to it is no longer wanted of new layers.
+        flat = state.drawing.replace(fills=None)
+        target = target - run.rasterizer.forward(state.drawing) + run.rasterizer.forward(flat)
+    placement = place_paths(target, state.drawing, count, state.options, state.rng, run.rasterizer, run.check)
     placed = placement.drawing.num_layers
     if placed:
         state.add(placement.drawing.replace(stages=np.full(placed, stage)), placement.order)

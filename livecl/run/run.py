@@ -56,7 +56,7 @@ class Run:
             raise ValueError(f"image: {image.shape[:2]} pixels, wanted the drawing's {state.drawing.size}")
         self.state = state
         self.check = check
-        self.plan = plan_of(state.schedule, state.options.revisions)
+        self.plan = plan_of(state.schedule, state.options.revisions, state.options.fills)
         trained = state.options.background == TRAIN
         straight = np.asarray(image, dtype=np.float32)
         self.target: NDArray[np.float32] = target_over(straight, WHITE if trained else state.drawing.background)
@@ -189,7 +189,7 @@ class Run:
             best, free = state.fallback.drawing, state.fallback.holds == FREE
         least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
         best = quantize(best)
-        if self.finished and state.options.merge:
+        if self.finished and state.options.merge and not best.fills.any_gradients:
             merged = merge_neighbors(best, self.rasterizer, self.target, state.options, free, least, self.check)
             best, free = quantize(merged.drawing), (merged.sources < 0) | free[merged.sources]
         drawing = needed_layers(best, self.rasterizer, self.target, least, free)

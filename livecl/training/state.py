@@ -191,6 +191,11 @@ class State:
         self.drawing = drawing
         self.pieces = np.ones(drawing.num_segments, np.int32)  # until they are chosen
 
+    def replace_fills(self, drawing: Drawing) -> None:
+        """Go on with the same layers filled otherwise."""
+        self.fills = self.fills.followed(self.drawing.fills, drawing.fills, np.arange(drawing.num_layers))
+        self.drawing = drawing
+
     def fall_back(self) -> Fallback:
         """Return the state for :meth:`restore`."""
         points, colors = self.points.subset(slice(None)), self.colors.subset(slice(None))

@@ -33,6 +33,8 @@ def discs(*about: tuple[float, float, float, tuple[float, float, float]]) -> Ima
 RED, BLUE = (0.8, 0.2, 0.1), (0.1, 0.2, 0.8)
 RING = discs((12, 12, 9, RED), (12, 12, 5, (1, 1, 1)))
 TARGET = discs((12, 12, 10, RED), (12, 12, 7, BLUE))
+#: A ground that turns from red to blue, from the left to the right.
+RAMP = np.broadcast_to(np.linspace(RED, BLUE, 24), (24, 24, 3)).copy()
 #: Two that touch, differently far from white.
 TWINS = discs((8, 12, 5.5, BLUE), (17, 12, 5, (0.6, 0.6, 0.9)))
 ONE = discs((12, 12, 8, RED))
@@ -159,6 +161,7 @@ EFFECTS: dict[str, Effect] = {
         Options.paper(iterations=30), {"opacity": "opaque"}, lambda run: run.drawing.colors[:, 3].min(), 1
     ),
     # Of five random loops, the released program has the Xing loss look at the newest only.
+    "fills": Effect(Options(iterations=30, revisions=0), {"fills": "auto"}, mse, -1, image=RAMP),
     "variant": Effect(
         dataclasses.replace(STILL, shape="random", xing_weight=1e3),
         {"variant": "released"},

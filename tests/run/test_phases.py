@@ -17,7 +17,7 @@ from livecl.drawing.drawing import empty_drawing
 from livecl.image.reading import premultiplied
 from livecl.layering.pruning import least_useful
 from livecl.run.loop import train
-from livecl.run.phases import MAX_FAILURES, MIN_IMPROVEMENT, Grow, Refine, Revise, plan_of
+from livecl.run.phases import MAX_FAILURES, MIN_IMPROVEMENT, Grow, Refine, Revise, Shade, plan_of
 from livecl.run.run import Run
 from livecl.svg import format_svg, quantize
 from livecl.training.state import FREE, KEPT, LOCKED
@@ -55,6 +55,7 @@ def end_of_phase(run: Run) -> bool:
 
 def test_the_plan_of_a_schedule() -> None:
     assert plan_of((0, 2, 3), 2) == (Refine(), Grow(2), Grow(3), Revise(0), Revise(1))
+    assert plan_of((2,), 1, "auto") == (Grow(2), Shade(("linear", "radial")), Revise(0))
     assert [phase.kind for phase in plan_of((0, 1), 1)] == ["refine", "grow", "revise"]
 
 
