@@ -14,7 +14,7 @@ from livecl.drawing.colors import Rgba, parse_rgba
 from livecl.drawing.fills import MAX_COORDINATE
 from livecl.geometry import bezier
 from livecl.svg import gradients
-from livecl.svg.coordinates import Units, length_in_pixels, transform_matrix, translation
+from livecl.svg.coordinates import Units, length_in_pixels, transform_matrix, transform_origin, translation
 from livecl.svg.document import tag_of
 from livecl.svg.gradients import Gradient
 from livecl.svg.layer import LeftOut
@@ -28,7 +28,7 @@ MAX_CHAIN, MAX_STOPS = 32, 1000
 
 _HREF = "{http://www.w3.org/1999/xlink}href"
 _GEOMETRY = {"linearGradient": ("x1", "y1", "x2", "y2"), "radialGradient": ("cx", "cy", "r", "fx", "fy", "fr")}
-_COMMON = ("gradientUnits", "gradientTransform", "spreadMethod")
+_COMMON = ("gradientUnits", "gradientTransform", "spreadMethod", "transform-origin")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
@@ -198,6 +198,9 @@ class PaintServers:
         except ValueError:
             self._left_out["unknown values of properties"] += 1
             transform = np.eye(3)
+        if "transform-origin" in common:
+            x, y = transform_origin(common["transform-origin"], viewport, units)
+            transform = translation(x, y) @ transform @ translation(-x, -y)
         if not np.linalg.det(transform):
             self._left_out["transforms of gradients without an inverse, ignored"] += 1
             transform = np.eye(3)

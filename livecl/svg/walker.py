@@ -265,7 +265,11 @@ class Walker:
             shape = Filled(
                 outline=outline, matrix=here.matrix, viewport=here.viewport, units=here.units, opacity=opacity
             )
-            return self._servers.fill(paint.server, shape)
+            fill = self._servers.fill(paint.server, shape)
+            if fill is not None or paint.color is None:
+                return fill
+            self.left_out["gradients of nothing, with another colour in their place"] += 1
+            return solid_color(paint.color, here.style, here.opacity)
         if paint.server is not None:
             known = paint.server in self._ids
             self.left_out["pattern fills" if known else "references to nothing"] += 1

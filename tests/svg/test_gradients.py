@@ -202,6 +202,18 @@ def test_gradients_are_read_as_fills_and_saved_ones_equal() -> None:
             np.testing.assert_array_equal(getattr(again.fills, name), getattr(saved.fills, name), err_msg=name)
 
 
+def test_origins_of_transforms() -> None:
+    """Twice the size about the box's centre."""
+    found = gradient(radial('gradientTransform="scale(2)" transform-origin=".5 50%"') + RECT.format(""))
+    np.testing.assert_allclose(found.points, [(30, 45), (70, 45), (30, 95)])
+
+
+def test_a_gradient_without_stops_gives_way_to_the_colour_behind_it() -> None:
+    layers, left_out = walked(linear(stops="") + '<rect width="5" height="5" fill="url(#g) lime"/>')
+    assert [layer.color for layer in layers] == [(0, 1, 0, 1)]
+    assert list(left_out) == ["gradients of nothing, with another colour in their place"]
+
+
 def test_servers_that_are_not_there() -> None:
     for fill, kind, color in (
         ("url(#none) lime", "references to nothing", [(0, 1, 0, 1)]),
