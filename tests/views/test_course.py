@@ -217,7 +217,7 @@ def test_empty_course_and_bad_interval(tmp_path: Path) -> None:
 
 def test_a_revision_that_is_not_decided_is_left_out() -> None:
     course = Course(1, on_step=lambda step: step.kind == "revise" and step.iteration == 3)
-    options = Options(iterations=6, revisions=2)
+    options = Options(placement="region", iterations=6, revisions=2)
     result = vectorize(picture(), schedule=(1, 1), options=options, on_step=course)
     assert result.stopped == "callback"
     assert {frame.stage for frame in course.frames} == {0, 1}
