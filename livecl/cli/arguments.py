@@ -150,7 +150,8 @@ def _add_drawing(add: Adder) -> None:
         "--paths",
         type=_paths,
         metavar="N",
-        help=f"paths at most, or auto: as many as gain enough (default: auto, to {MAX_DEFAULT_PATHS}; {counts})",
+        help="paths at most, or auto: as many as gain enough "
+        f"(default: auto, to {MAX_DEFAULT_PATHS} where the picture is not flat; {counts})",
     )
     add("--schedule", metavar="LIST", help="paths that each stage adds, as 1,1,2, or exp: 1, 2, 4 ... 32, 32 ...")
     add(

@@ -21,6 +21,7 @@ from livecl.image.resizing import DETAIL_IS_LOST, detail_lost, working_size
 from livecl.run.checkpoint import discard_checkpoint
 from livecl.run.recipe import Recipe
 from livecl.run.result import Result, RunError
+from livecl.schedule import MAX_DEFAULT_PATHS
 
 #: Seconds from which on the summary tells how long an output took.
 SLOW_OUTPUT = 1.0
@@ -169,6 +170,8 @@ def _line(job: Job, result: Result, reason: str | None) -> str:
 def _hint(recipe: Recipe, result: Result) -> str:
     """Return a hint if the drawing is far from the picture, else ""."""
     used, most = result.drawing.num_layers, sum(recipe.stages)
+    if recipe.chooses_paths and used <= MAX_DEFAULT_PATHS:
+        most = MAX_DEFAULT_PATHS
     if result.stopped is not None or not result.mse >= FAR:
         return ""
     if used < most:

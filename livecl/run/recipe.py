@@ -20,7 +20,7 @@ from livecl.errors import check_type
 from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.options import WANTED_OPTIONS, Options
 from livecl.run.hints import with_hints
-from livecl.schedule import MAX_DEFAULT_PATHS, growing_schedule, parse_schedule
+from livecl.schedule import MAX_AUTO_PATHS, growing_schedule, parse_schedule
 from livecl.svg.writer import MAX_PRECISION, LayerStyle, format_svg, quantize
 from livecl.version import __version__
 
@@ -118,7 +118,7 @@ class Recipe:
     def stages(self) -> tuple[int, ...]:
         """Paths that each stage adds; a first stage that refines `start` adds none."""
         if self.chooses_paths:
-            return growing_schedule(MAX_DEFAULT_PATHS)
+            return growing_schedule(MAX_AUTO_PATHS)  # at most; fewer where the picture is not flat
         if self.start is None or not self.start.num_layers:
             return parse_schedule(self.schedule, self.paths)
         more = self.schedule is not None or self.paths is not None
@@ -130,7 +130,7 @@ class Recipe:
         facts = {
             "version": __version__,
             "options": dataclasses.asdict(self.options),
-            "auto": self.paths == "auto" or self.chooses_paths,
+            "auto": "by the picture" if self.chooses_paths else self.paths == "auto",
             "stages": self.stages,
             "seed": self.seed,
             "size": self.size,
@@ -189,7 +189,7 @@ class Recipe:
             vectorize_pixels,
             target,
             paths=self.paths,
-            schedule=self.stages if self.chooses_paths else self.schedule,
+            schedule=self.schedule,
             options=self.options.choosing_paths() if self.chooses_paths else self.options,
             device=device,
             seed=self.seed,
@@ -248,8 +248,8 @@ def vectorize(
         picture's colour and alpha, unless `Options.background` says otherwise.
     paths : int or "auto", optional
         Number of paths, at most. "auto" goes on as long as further paths gain enough (`Options.path_gain`), to 256.
-        Where neither this nor a list of stages is given: none beside those of `start`; else as "auto", to 32; 8 where
-        `Options.prune` is 0, as in the paper.
+        Where neither this nor a list of stages is given: none beside those of `start`; else as "auto", to 32 where the
+        picture is not flat; 8 where `Options.prune` is 0, as in the paper.
     schedule : "exp" or sequence of int, optional
         Paths that each stage adds, see :func:`livecl.schedule.parse_schedule`.
     options : Options, optional

@@ -23,7 +23,7 @@ from livecl.run.loop import Loop
 from livecl.run.record import Record
 from livecl.run.result import Result, RunError, Stage
 from livecl.run.run import Run
-from livecl.schedule import parse_schedule
+from livecl.schedule import MAX_AUTO_PATHS, MAX_DEFAULT_PATHS, growing_schedule, parse_schedule
 from livecl.training.state import State
 
 #: Colours of a flat picture are read off it: they are hardly trained.
@@ -116,13 +116,14 @@ def _first_state(
         if len(lock):
             raise ValueError("lock: names layers of a drawing; give the drawing as start")
         drawing = empty_drawing(size, background_for(options.background, image))
-        return State.start(drawing, placed_by(options, image, drawing), parse_schedule(schedule, paths), seed)
+        options = placed_by(options, image, drawing)
+        return State.start(drawing, options, _stages(paths, schedule, options), seed)
     if start.size != size:
         raise ValueError(f"start: a canvas of {start.size} px, wanted the picture's {size}")
     if options.variant == "released":
         raise ValueError("start: variant 'released' trains the newest paths only, so it starts from nothing")
     refines = start.num_layers > 0
-    stages = parse_schedule(schedule, paths) if schedule or paths or not refines else ()
+    stages = _stages(paths, schedule, options) if schedule or paths or not refines else ()
     drawing = start.replace(background=background_for(options.background, image, start.background))
     locked = np.zeros(start.num_layers, bool)
     try:
@@ -131,6 +132,15 @@ def _first_state(
         raise ValueError(f"lock: got {lock!r}, wanted numbers of the {start.num_layers} layers, from 0 on") from None
     options = dataclasses.replace(options, placement="region") if options.placement == "structure" else options
     return State.start(drawing, options, (0, *stages) if refines else stages, seed, locked)
+
+
+def _stages(
+    paths: int | Literal["auto"] | None, schedule: str | Sequence[int] | None, options: Options
+) -> tuple[int, ...]:
+    """Return the paths of each stage; where nothing is said and paths are judged by what they gain, by the picture."""
+    if paths is None and schedule is None and options.path_gain:
+        return growing_schedule(MAX_AUTO_PATHS if options.placement == "structure" else MAX_DEFAULT_PATHS)
+    return parse_schedule(schedule, paths)
 
 
 def placed_by(options: Options, image: NDArray[np.float32], drawing: Drawing) -> Options:

@@ -158,7 +158,7 @@ def test_schedules(folder: Path) -> None:
         assert cli.main(command) == 0
         return json.loads(Path("out.json").read_text(encoding="utf-8"))["options"]["schedule"]
 
-    assert schedule() == [1, 2, 4, 8, 16, 1]
+    assert schedule() == [1, 2, 4, 8, 16, *[32] * 7, 1]
     assert schedule("--preset", "paper") == [1, 2, 4, 1]
     assert schedule("--schedule", "exp", "--paths", "5") == [1, 2, 2]
     assert schedule("--schedule", "2,1") == [2, 1]

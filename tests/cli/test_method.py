@@ -71,7 +71,7 @@ def test_help_needs_no_docstrings() -> None:
 def test_presets_are_named_options(preset: str) -> None:
     made = recipe("--preset", preset)
     assert made.options == PRESETS[preset]()
-    assert sum(made.stages) == PRESET_PATHS.get(preset, 32)
+    assert sum(made.stages) == PRESET_PATHS.get(preset, 256)
     assert sum(recipe("--preset", preset, "--paths", "5").stages) == 5
     assert recipe("--preset", preset, "--iterations", "9").options.iterations == 9
 
