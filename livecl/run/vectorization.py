@@ -116,7 +116,7 @@ def _first_state(
         if len(lock):
             raise ValueError("lock: names layers of a drawing; give the drawing as start")
         drawing = empty_drawing(size, background_for(options.background, image))
-        options = placed_by(options, image, drawing)
+        options = placed_by(options, image, drawing, sum(_stages(paths, schedule, options)))
         return State.start(drawing, options, _stages(paths, schedule, options), seed)
     if start.size != size:
         raise ValueError(f"start: a canvas of {start.size} px, wanted the picture's {size}")
@@ -143,8 +143,10 @@ def _stages(
     return parse_schedule(schedule, paths)
 
 
-def placed_by(options: Options, image: NDArray[np.float32], drawing: Drawing) -> Options:
-    """Return the options with the placement that suits a picture: structure where it is flat, else regions.
+def placed_by(options: Options, image: NDArray[np.float32], drawing: Drawing, count: int) -> Options:
+    """Return the options with the placement that suits a picture and a number of paths: structure or regions.
+
+    Structure where the picture is flat and has not many more shapes: one path paints one shape there.
 
     Structure stays as it is found: there are no revisions, which trade it for error, and no merging.
     """
@@ -153,7 +155,7 @@ def placed_by(options: Options, image: NDArray[np.float32], drawing: Drawing) ->
     if options.shape == "outline" and options.background != TRAIN and options.new_color == "target":
         from livecl.layering.structure import structured  # loads SciPy
 
-        if structured(target_over(image, drawing.background), drawing.background):
+        if structured(target_over(image, drawing.background), drawing.background, count):
             opacity: Literal["opaque", "train"] = "train" if options.opacity == "train" else "opaque"
             return dataclasses.replace(
                 options, revisions=0, merge=False, opacity=opacity, color_learning_rate=STRUCTURE_COLOR_RATE

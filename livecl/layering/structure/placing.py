@@ -40,6 +40,11 @@ EXPLAINED = 12 / 255
 #: hides that, and training does not bring much of it back. 26 of 30 icons have less than 0.01, the others 0.02 to 0.05,
 #: which training mends; a logo of which a whole wave was hidden 0.22.
 MAX_MISTAKEN = 0.1
+#: Mean squared error that the layers may hold for which there are too few paths: as much as regions leave on faces at 8
+#: paths, which paint several shapes with one path then.
+MAX_LEFT_OUT = 5e-4
+#: More layers than any picture has.
+MAX_LAYERS = 1 << 30
 #: Largest distance, px, of a fitted outline from the border, and its root mean square.
 FIT_DISTANCE, FIT_DEVIATION = 1.1, 0.4
 #: Most segments of an outline; px of its length that a place for an anchor takes; most places.
@@ -99,14 +104,18 @@ class NextLayers:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _Structure:
-    """Layers of a picture, the lowest first; their numbers by what they are worth; and which one shows, 0 for none."""
+    """Layers of a picture, the lowest first; their numbers by what they are worth; and which one shows, 0 for none.
+
+    `gains` are the squared errors that they remove.
+    """
 
     layers: list[Layer]
     ranked: NDArray[np.intp]
     top: NDArray[np.int64]
+    gains: FloatArray
 
 
-def structured(target: NDArray[Any], background: NDArray[Any] | None) -> bool:
+def structured(target: NDArray[Any], background: NDArray[Any] | None, count: int = MAX_LAYERS) -> bool:
     """Whether flat regions explain a picture (H, W, C), and there is something beside its ground."""
     share, slopes, cores = flatness(target)
     most = MOST_REGIONS * max(1.0, target.shape[0] * target.shape[1] / 65536)
@@ -119,7 +128,10 @@ def structured(target: NDArray[Any], background: NDArray[Any] | None) -> bool:
         return False
     ground = _ground(target, background)
     found = _structure_of(*_frozen(target), ground)
-    return len(found.ranked) > 0 and _mistaken(found, regions, ground) <= MAX_MISTAKEN
+    if not len(found.ranked) or _mistaken(found, regions, ground) > MAX_MISTAKEN:
+        return False
+    left_out = found.gains[found.ranked[count:]].sum()
+    return bool(left_out <= MAX_LEFT_OUT * target.shape[0] * target.shape[1] * target.shape[2])
 
 
 def place_structure(
@@ -220,7 +232,7 @@ def _structure_of(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...]
         second[mask], top[mask] = top[mask], number
     colors = np.stack([np.array(ground), *(layer.color for layer in layers)])
     lost = np.square(colors[top] - colors[second]).sum(axis=-1)
-    gains = np.bincount(top.ravel(), weights=lost.ravel(), minlength=len(layers) + 1)[1:]
+    gains = np.bincount(top.ravel(), lost.ravel(), len(layers) + 1)[1:].astype(np.float64)
     shown = np.bincount(top.ravel(), minlength=len(layers) + 1)[1:]
     order = np.argsort(-gains, kind="stable")
-    return _Structure(layers, order[(gains[order] >= LEAST_GAIN) | (shown[order] >= LEAST_PIXELS)], top)
+    return _Structure(layers, order[(gains[order] >= LEAST_GAIN) | (shown[order] >= LEAST_PIXELS)], top, gains)

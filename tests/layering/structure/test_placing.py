@@ -34,3 +34,13 @@ def test_layers_that_hide_what_the_picture_shows_are_no_structure(monkeypatch: p
     monkeypatch.setattr(placing, "find_layers", lambda *arguments: find_layers(*arguments)[:1])
     # Of 64 x 64 px, 900 show the other square: more than a tenth of those within regions.
     assert not placing.structured(two_squares(0.6), WHITE)
+
+
+def test_too_few_paths_for_the_shapes_are_no_structure() -> None:
+    assert placing.structured(two_squares(0.9), WHITE, 2)
+    assert not placing.structured(two_squares(0.9), WHITE, 1)  # a square of 675 px or more would be left out
+    speck = two_squares(0.9)
+    speck[5:8, 5:8] = 0.5  # 9 px of half the contrast: 9 / 4 of 4096 px is 5.5e-4, in all channels
+    assert not placing.structured(speck, WHITE, 2)
+    speck[5:8, 5:8] = 0.6
+    assert placing.structured(speck, WHITE, 2)
