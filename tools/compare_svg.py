@@ -15,7 +15,7 @@ from scipy import ndimage
 import livecl
 from livecl.drawing.drawing import Drawing
 from livecl.geometry import bezier
-from livecl.rendering.rasterizer import render
+from livecl.rendering.single import render
 
 #: Squared difference at a pixel that an outline crosses, for a step from 0 to 1. resvg and skia sample coverage on a
 #: grid of 4 x 4 a pixel, so an edge lies up to an eighth of a pixel from its place; where edges lie anywhere, the mean

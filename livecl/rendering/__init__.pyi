@@ -3,7 +3,7 @@ from .rasterizer import DeviceImage as DeviceImage
 from .rasterizer import DistanceWeight as DistanceWeight
 from .rasterizer import Gradients as Gradients
 from .rasterizer import Rasterizer as Rasterizer
-from .rasterizer import render as render
+from .single import render as render
 
 __all__ = [
     "DeviceImage",

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import pieces_for
-from livecl.image.errors import unpremultiplied
 from livecl.opencl.device import OpenDevice, open_device
 from livecl.opencl.guard import on_device
 from livecl.opencl.program import LANES
@@ -21,7 +20,7 @@ from livecl.rendering.pipeline import DistanceWeight, Gradients
 from livecl.rendering.threads import Workspace, channels_of
 from livecl.rendering.tiling import Grid
 
-__all__ = ["DeviceImage", "DistanceWeight", "Gradients", "Rasterizer", "render"]
+__all__ = ["DeviceImage", "DistanceWeight", "Gradients", "Rasterizer"]
 
 #: Distance px between curve and polyline that flattening keeps below, unless told otherwise.
 TOLERANCE = 0.02
@@ -101,8 +100,8 @@ class Rasterizer:
         Returns
         -------
         (H, W, 3) array
-            RGB; or (H, W, 4), premultiplied RGBA, where the drawing has no background; :func:`render` has straight
-            RGBA too.
+            RGB; or (H, W, 4), premultiplied RGBA, where the drawing has no background; :func:`livecl.render` has
+            straight RGBA too.
 
         Raises
         ------
@@ -174,7 +173,53 @@ class Rasterizer:
         """
         if self._workspace.rendered is None:
             raise RuntimeError("backward needs a drawing: call forward first")
-        drawing, pieces = self._workspace.rendered
+        return self._pull_back(*self._workspace.rendered, d_image)
+
+    def vjp(
+        self, drawing: Drawing, pieces: ArrayLike | None = None
+    ) -> tuple[NDArray[Any], Callable[[ArrayLike], Gradients]]:
+        """Render a drawing and return its image with the vector-Jacobian product of rendering.
+
+        :meth:`forward` and :meth:`backward` without memory in between: the product belongs to this drawing, whatever is
+        rendered later and in whichever thread it is called.
+
+        Parameters
+        ----------
+        drawing, pieces
+            As for :meth:`forward`; None chooses `pieces` once, for the image and all products.
+
+        Returns
+        -------
+        image : (H, W, 3) or (H, W, 4) array
+            As :meth:`forward` returns it.
+        pullback : callable
+            From dL/dimage, of the image's shape, to :class:`Gradients`, as :meth:`backward`; it can be called any
+            number of times.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As :meth:`forward` does.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import livecl
+        >>> corners = np.array([[8, 8], [8, 24], [24, 24], [24, 8]])
+        >>> square = np.stack([corners, corners, np.roll(corners, -1, axis=0)], axis=1)  # anchor, handle, handle
+        >>> drawing = livecl.Drawing.from_outlines([[square]], [0, 0, 0, 1], size=(32, 32))
+        >>> image, pullback = livecl.Rasterizer((32, 32)).vjp(drawing)
+        >>> round(float(image.mean()), 3)  # a quarter is black
+        0.75
+        >>> gradients = pullback(np.ones_like(image))  # of the sum of all pixels
+        >>> gradients.colors.round().tolist()
+        [[256.0, 256.0, 256.0, -768.0]]
+        """
+        chosen = self.pieces(drawing) if pieces is None else np.array(pieces)
+        return self.forward(drawing, chosen), functools.partial(self._pull_back, drawing, chosen)
+
+    @on_device
+    def _pull_back(self, drawing: Drawing, pieces: ArrayLike | None, d_image: ArrayLike) -> Gradients:
         pipeline = self._workspace.loaded(drawing)
         pipeline.launcher.set(d_image=self._uploaded("d_image", d_image, channels_of(drawing)).buffer)
         return pipeline.begin_backward(pieces)()[1]
@@ -297,26 +342,3 @@ class Rasterizer:
         if image.channels != channels:
             raise ValueError(f"{name}: {image.channels} channels, wanted {channels}")
         return image
-
-
-def render(drawing: Drawing, device: int | str | None = None, *, straight: bool = False) -> NDArray[Any]:
-    """Render a drawing once.
-
-    Parameters
-    ----------
-    drawing : Drawing
-        Any drawing.
-    device : int, str or None
-        OpenCL device, see :func:`livecl.opencl.device.choose_device`.
-    straight : bool
-        Whether RGBA is straight, as :func:`livecl.read_image` returns it and :func:`livecl.image.save_image` takes it,
-        instead of premultiplied, as the kernels composite it.
-
-    Returns
-    -------
-    (H, W, 3) float32
-        RGB; or (H, W, 4), RGBA, where the drawing has no background.
-    """
-    channels_of(drawing)
-    image = Rasterizer(drawing.size, device).forward(drawing)
-    return unpremultiplied(image).astype(np.float32) if straight and image.shape[2] == 4 else image

@@ -177,7 +177,7 @@ class Recipe:
         from livecl.image.background import TRAIN, WHITE, target_over
         from livecl.image.errors import mse
         from livecl.image.reading import as_image
-        from livecl.rendering.rasterizer import render
+        from livecl.rendering.single import render
         from livecl.run.result import RunError
         from livecl.run.vectorization import vectorize_pixels
 

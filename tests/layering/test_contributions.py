@@ -12,7 +12,7 @@ from support.drawings import rectangle
 from livecl.drawing.drawing import Drawing
 from livecl.image.errors import mse
 from livecl.layering.contributions import layer_alphas, removal_changes, visible_shares
-from livecl.rendering.rasterizer import render
+from livecl.rendering.single import render
 
 SIZE = (12, 16)
 EPS = float(np.finfo(np.float32).eps)

@@ -20,7 +20,7 @@ from livecl.quality.layers import (
     region_shares,
     self_crossing,
 )
-from livecl.rendering.rasterizer import render
+from livecl.rendering.single import render
 
 SIZE = (12, 16)
 RED, BLUE, WHITE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0)

@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
 from livecl.image.resizing import scaled
-from livecl.rendering.rasterizer import render
+from livecl.rendering.single import render
 from livecl.views.sheet import fitted, fitted_size, over_checkerboard
 
 #: Side of a picture, its margin, and the height of a line of its caption, px.

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Render a drawing once, without a rasterizer to keep."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.image.errors import unpremultiplied
+from livecl.rendering.rasterizer import Rasterizer
+from livecl.rendering.threads import channels_of
+
+
+def render(drawing: Drawing, device: int | str | None = None, *, straight: bool = False) -> NDArray[Any]:
+    """Render a drawing once.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Any drawing.
+    device : int, str or None
+        OpenCL device, see :func:`livecl.opencl.device.choose_device`.
+    straight : bool
+        Whether RGBA is straight, as :func:`livecl.read_image` returns it and :func:`livecl.image.save_image` takes it,
+        instead of premultiplied, as the kernels composite it.
+
+    Returns
+    -------
+    (H, W, 3) float32
+        RGB; or (H, W, 4), RGBA, where the drawing has no background.
+    """
+    channels_of(drawing)
+    image = Rasterizer(drawing.size, device).forward(drawing)
+    return unpremultiplied(image).astype(np.float32) if straight and image.shape[2] == 4 else image
