@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -16,12 +16,12 @@ from livecl.geometry.outlines import circle, random_outline, reversed_path
 from livecl.image.errors import visible_error
 from livecl.layering.amodal import completed
 from livecl.layering.components import Place
+from livecl.layering.context import Context
 from livecl.layering.masks import border, holes, without_holes
 from livecl.layering.painting import Painting, Trial
 from livecl.layering.regions import Region, RegionFinder
 from livecl.layering.stack import WHOLE, Window, meet, window_of
 from livecl.options import Options
-from livecl.rendering.rasterizer import Rasterizer
 from livecl.training.step import OPAQUE_FROM
 
 FloatArray = NDArray[np.float64]
@@ -123,23 +123,15 @@ def initial_outline(place: Place, size: tuple[int, int], options: Options, rng: 
     return [circle(place.center, options.radius, options.segments)]
 
 
-def region_candidates(
-    painting: Painting,
-    count: int,
-    options: Options,
-    rng: np.random.Generator,
-    rasterizer: Rasterizer,
-    check: Callable[[], None] = lambda: None,
-) -> list[Candidate]:
+def region_candidates(context: Context, painting: Painting, count: int, rng: np.random.Generator) -> list[Candidate]:
     """Return the paths that remove most error, one after the other, each put into the painting where it does best.
 
     They are fewer than `count` where none is left that would come to be worth keeping (`Options.prune`); the first
-    layer of a picture is never left out. `check` is called before each region that is tried; what it raises ends the
-    search.
+    layer of a picture is never left out. The check is called before each region that is tried.
     """
-    judge = _Judge(painting, options, rng, rasterizer, check)
+    judge = _Judge(context, painting, rng)
     found = []
-    least = SEARCH.worth_training * options.prune * 3 * painting.target[..., 0].size
+    least = SEARCH.worth_training * context.options.prune * 3 * painting.target[..., 0].size
     for _ in range(count):
         best = judge.best(least)
         if best is None and len(painting.stack.order):
@@ -176,21 +168,12 @@ class _Judge:
     it is.
     """
 
-    def __init__(
-        self,
-        painting: Painting,
-        options: Options,
-        rng: np.random.Generator,
-        rasterizer: Rasterizer,
-        check: Callable[[], None],
-    ) -> None:
+    def __init__(self, context: Context, painting: Painting, rng: np.random.Generator) -> None:
         self._painting, self._stack = painting, painting.stack
-        self._check = check
-        self._options = options
+        self._rasterizer, self._options, self._check = context.rasterizer, context.options, context.check
         self._rng = rng
-        self._rasterizer = rasterizer
         target, image = painting.target.astype(np.float64), painting.stack.image.astype(np.float64)
-        self._finder = RegionFinder(target, image, check)
+        self._finder = RegionFinder(target, image, context.check)
         self._error = np.zeros(0)
         self._tried: dict[tuple[int, int], _Tried] = {}
         self._outlines: dict[Any, list[Outline]] = {}

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import KINDS, RADIAL, SOLID, Fills, concatenate_fills
+from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas, visible_shares
-from livecl.rendering.rasterizer import Rasterizer
 
 #: Fall of the mean squared error over all pixels that a gradient must be worth: that of a path (`AUTO_PATH_GAIN`).
 LEAST_GAIN = 1e-5
@@ -140,13 +140,7 @@ def _radial(points: FloatArray, colors: FloatArray, shares: FloatArray) -> Fitte
     return FittedFill(RADIAL, fills, stops.mean(axis=0), error)
 
 
-def shaded(
-    drawing: Drawing,
-    rasterizer: Rasterizer,
-    target: NDArray[np.floating],
-    kinds: Sequence[str],
-    free: NDArray[np.bool_],
-) -> Drawing:
+def shaded(context: Context, drawing: Drawing, kinds: Sequence[str], free: NDArray[np.bool_]) -> Drawing:
     """Return the drawing with gradients for those solid layers that they are worth it to.
 
     What a layer should be at a pixel is what it is and the rest of the error, over its share of the pixel's colour;
@@ -154,19 +148,17 @@ def shaded(
 
     Parameters
     ----------
+    context : Context
+        The picture wanted.
     drawing : Drawing
         Any drawing.
-    rasterizer : Rasterizer
-        Of the drawing's canvas.
-    target : (H, W, 3), or (H, W, 4) premultiplied
-        The picture wanted.
     kinds : sequence of str
         Which of "linear" and "radial" may be taken.
     free : (N,) bool
         Layers that may change.
     """
-    shares = visible_shares(layer_alphas(drawing, rasterizer))
-    residual = (target - rasterizer.forward(drawing))[..., :3].astype(np.float64)
+    shares = visible_shares(layer_alphas(drawing, context.rasterizer))
+    residual = (context.target - context.rasterizer.forward(drawing))[..., :3].astype(np.float64)
     parts = []
     for layer in range(drawing.num_layers):
         fills = drawing.fills.subset([layer])

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,11 +12,10 @@ from numpy.typing import NDArray
 from livecl.drawing.drawing import Drawing, concatenate
 from livecl.image.errors import visible_error
 from livecl.layering.candidates import SEGMENT_ERROR, fitted_outlines
+from livecl.layering.context import Context
 from livecl.layering.contributions import VISIBLE_SHARE, composited_colors, layer_alphas, visible_shares
 from livecl.layering.neighbors import flat_regions, mergeable_pairs
 from livecl.layering.stack import Window, window_of
-from livecl.options import Options
-from livecl.rendering.rasterizer import Rasterizer
 
 #: Most merges that are tried at a time.
 MAX_TRIALS = 64
@@ -54,27 +52,17 @@ class Merged:
     sources: NDArray[np.intp]
 
 
-def merge_neighbors(
-    drawing: Drawing,
-    rasterizer: Rasterizer,
-    target: NDArray[Any],
-    options: Options,
-    free: NDArray[np.bool_],
-    tolerance: float,
-    check: Callable[[], None] = lambda: None,
-) -> Merged:
+def merge_neighbors(context: Context, drawing: Drawing, free: NDArray[np.bool_], tolerance: float) -> Merged:
     """Merge `free` layers, (N,), as long as the mean squared error rises by at most `tolerance` for each.
 
     Two layers that touch, of the same colour (:func:`livecl.layering.neighbors.mergeable_pairs`), become one where
     most of their visible pixels lie in the same flat region of the picture. The new outline is that of both
     together, fitted anew, or simply both outlines, whichever does better for its number of segments, at the depth of
-    either.
-
-    `check` is called before each try; an exception ends the merging.
+    either. The check is called before each try.
     """
     sources = np.arange(drawing.num_layers)
-    regions, risen = flat_regions(target), 0.0
-    alphas = layer_alphas(drawing, rasterizer)
+    regions, risen = flat_regions(context.target), 0.0
+    alphas = layer_alphas(drawing, context.rasterizer)
     refused: set[tuple[int, int]] = set()
     trials = 0
     merged = True
@@ -85,9 +73,9 @@ def merge_neighbors(
             held = any(source >= 0 and not free[source] for source in old)
             if held or (-1 not in old and old in refused) or trials == MAX_TRIALS:
                 continue
-            check()
+            context.check()
             trials += 1
-            best = _best(drawing, alphas, (lower, upper), rasterizer, target, options)
+            best = _best(context, drawing, alphas, (lower, upper))
             if risen + best.change > tolerance:
                 refused.add(old)
                 continue
@@ -111,27 +99,21 @@ def _pairs(drawing: Drawing, shares: NDArray[Any], regions: NDArray[Any]) -> lis
     return sorted(pairs, key=lambda pair: (min(areas[list(pair)]), pair))
 
 
-def _best(
-    drawing: Drawing,
-    alphas: NDArray[Any],
-    pair: tuple[int, int],
-    rasterizer: Rasterizer,
-    target: NDArray[Any],
-    options: Options,
-) -> _Merge:
+def _best(context: Context, drawing: Drawing, alphas: NDArray[Any], pair: tuple[int, int]) -> _Merge:
     """Return the best layer in the place of two, by the error and the number of segments.
 
     Where layers stay as they are, so does what they make together: those below the two are one ground, those between
     and those above one paint each, of colour P and transmittance T, which makes P + T C of the colour C below. So each
     merge is composited from these, within the window where something changes.
     """
-    lower, upper = pair
+    (lower, upper), target = pair, context.target
     larger = max(pair, key=lambda layer: int(np.diff(drawing.segment_offsets)[layer]))
     mask = np.maximum(alphas[lower], alphas[upper]) > VISIBLE_SHARE
     both = [drawing.points[subpath] for layer in pair for subpath in drawing.subpaths(layer)]
-    outlines = [both, *fitted_outlines(mask, options)[::FIT_STEP]]
+    outlines = [both, *fitted_outlines(mask, context.options)[::FIT_STEP]]
     fill = drawing.colors[larger]
-    covered = fill[3].astype(np.float32) * rasterizer.coverages(Drawing.from_outlines(outlines, fill, drawing.size))
+    candidates = Drawing.from_outlines(outlines, fill, drawing.size)
+    covered = fill[3].astype(np.float32) * context.rasterizer.coverages(candidates)
     window = window_of(np.maximum.reduce([alphas[lower], alphas[upper], *covered]))
     ground, colors = composited_colors(drawing)
     ranges = range(lower), range(lower + 1, upper), range(upper + 1, drawing.num_layers)

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.layering.candidates import initial_outline, paint_of, region_candidates
 from livecl.layering.components import Place, component_places
+from livecl.layering.context import Context
 from livecl.layering.contributions import composited_colors, layer_alphas
 from livecl.layering.painting import Painting
 from livecl.layering.stack import LayerStack
 from livecl.options import Options
-from livecl.rendering.rasterizer import Rasterizer
 
 FloatArray = NDArray[np.float64]
 
@@ -48,56 +48,43 @@ class Placement:
     hidden_points: Callable[[Drawing], NDArray[np.bool_]] | None = None
 
 
-def place_paths(
-    target: NDArray[Any],
-    drawing: Drawing,
-    count: int,
-    options: Options,
-    rng: np.random.Generator,
-    rasterizer: Rasterizer,
-    check: Callable[[], None] = lambda: None,
-) -> Placement:
+def place_paths(context: Context, drawing: Drawing, count: int, rng: np.random.Generator) -> Placement:
     """Place up to `count` new layers where a drawing differs from the target; fewer regions may be worth one.
 
     Parameters
     ----------
-    target : (H, W, 3) array, or (H, W, 4) premultiplied where the drawing has no background
-        The picture wanted.
+    context : Context
+        The picture wanted; placement rule, shape and colours among its options.
     drawing : Drawing
         The drawing so far.
     count : int
         Number of layers.
-    options : Options
-        Placement rule, shape and colours.
     rng : numpy.random.Generator
         Source of whatever is random.
-    rasterizer : Rasterizer
-        One of the drawing's size.
-    check : callable
-        Called periodically; an exception ends the placement.
 
     Returns
     -------
     Placement
         Regions may lie below layers that there are already; all else goes on top.
     """
+    target, options = context.target, context.options
     if options.placement == "structure":
         from livecl.layering.structure import place_structure  # loads SciPy
 
-        found = place_structure(target, drawing, count, check)
+        found = place_structure(target, drawing, count, context.check)
         if found is None:
             return Placement(Drawing.from_outlines([], np.zeros((0, 4)), drawing.size), np.arange(drawing.num_layers))
         rgba = np.array([paint_of(color) for color in found.colors])
         return Placement(
             Drawing.from_outlines(found.outlines, rgba, drawing.size), found.order, found.weight, found.hidden_points
         )
-    image = rasterizer.forward(drawing)
+    image = context.rasterizer.forward(drawing)
     if options.placement == "region":
         ground, colors = composited_colors(drawing)
         follow = drawing.background is None and options.opacity != "opaque"
-        stack = LayerStack(ground, layer_alphas(drawing, rasterizer), colors, image)
+        stack = LayerStack(ground, layer_alphas(drawing, context.rasterizer), colors, image)
         painting = Painting(target, stack, follow)
-        candidates = region_candidates(painting, count, options, rng, rasterizer, check)
+        candidates = region_candidates(context, painting, count, rng)
         rgba = np.array([candidate.rgba for candidate in candidates]).reshape(-1, 4)
         if options.new_color == "random":
             rgba = rng.uniform(size=rgba.shape)

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
-from livecl.image.errors import visible_mse
+from livecl.layering.context import Context
 from livecl.layering.contributions import VISIBLE_SHARE, layer_alphas, removal_changes, visible_shares
-from livecl.rendering.rasterizer import Rasterizer
 
 #: A layer counts as hidden if less than this share of its pixels is visible.
 HIDDEN_SHARE = 0.01
@@ -20,9 +19,7 @@ HIDDEN_SHARE = 0.01
 HIDDEN_FACTOR = 10
 
 
-def needed_layers(
-    drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any], least: float, free: NDArray[np.bool_]
-) -> Drawing:
+def needed_layers(context: Context, drawing: Drawing, least: float, free: NDArray[np.bool_]) -> Drawing:
     """Return the drawing without layers of opacity 0, and without those that lower the error by less than `least`.
 
     Hidden layers must lower it by more (`HIDDEN_FACTOR`). Only layers that are `free`, (N,) bool, are left out.
@@ -34,15 +31,15 @@ def needed_layers(
     drawing, free = drawing.layer_subset(shown), free[shown]
     if least <= 0 or not drawing.num_layers:
         return drawing
-    error = visible_mse(rasterizer.forward(drawing), target)
+    error = context.visible_mse(drawing)
     while True:
-        alphas = layer_alphas(drawing, rasterizer)
-        changes = np.where(free, removal_changes(drawing, alphas, target, seen=True), np.inf)
+        alphas = layer_alphas(drawing, context.rasterizer)
+        changes = np.where(free, removal_changes(drawing, alphas, context.target, seen=True), np.inf)
         wanted = np.where(_hidden(alphas), HIDDEN_FACTOR * least, least)
         kept = np.ones(len(changes), bool)
         for layer in np.argsort(changes - wanted, kind="stable")[: int(np.sum(changes < wanted))]:
             kept[layer] = False
-            without = visible_mse(rasterizer.forward(drawing.layer_subset(kept)), target)
+            without = context.visible_mse(drawing.layer_subset(kept))
             if without - error < wanted[layer]:
                 error = without
             else:
@@ -58,7 +55,7 @@ def _hidden(alphas: NDArray[Any]) -> NDArray[np.bool_]:
     return shown < HIDDEN_SHARE * (alphas > VISIBLE_SHARE).sum(axis=(1, 2))
 
 
-def least_useful(drawing: Drawing, rasterizer: Rasterizer, target: NDArray[Any]) -> NDArray[np.intp]:
+def least_useful(context: Context, drawing: Drawing) -> NDArray[np.intp]:
     """Return the layers by the rise of the error without them, the least first: (N,)."""
-    changes = removal_changes(drawing, layer_alphas(drawing, rasterizer), target, seen=True)
+    changes = removal_changes(drawing, layer_alphas(drawing, context.rasterizer), context.target, seen=True)
     return np.argsort(changes, kind="stable")

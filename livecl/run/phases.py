@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.layering.context import Context
 from livecl.layering.fills import shaded
 from livecl.layering.merging import merge_neighbors
 from livecl.layering.placement import place_paths
@@ -107,7 +108,7 @@ class Shade:
     def begin(self, run: Run) -> bool:
         """Start gradients from least squares; False where no layer has one."""
         state = run.state
-        drawing = shaded(state.drawing, run.rasterizer, run.target, self.kinds, state.free)
+        drawing = shaded(run, state.drawing, self.kinds, state.free)
         if not np.any(drawing.fills.kinds != state.drawing.fills.kinds):
             state.stage += 1
             return False
@@ -138,9 +139,7 @@ class Revise:
         state = run.state
         state.fallback = state.fall_back()
         if state.options.merge and state.failures % 2 == 0 and not state.drawing.fills.any_gradients:
-            merged = merge_neighbors(
-                state.drawing, run.rasterizer, run.target, state.options, state.free, MERGING_LOSS, run.check
-            )
+            merged = merge_neighbors(run, state.drawing, state.free, MERGING_LOSS)
             if merged.drawing.num_layers < state.drawing.num_layers:
                 state.replace_layers(merged.drawing, merged.sources)
         state.keep_layers(np.setdiff1d(np.arange(state.drawing.num_layers), self._replaced(run)))
@@ -159,7 +158,7 @@ class Revise:
     def _replaced(run: Run) -> NDArray[np.intp]:
         """Return the layers to replace: the least useful, after failures the next ones in that order."""
         state = run.state
-        order = least_useful(state.drawing, run.rasterizer, run.target)
+        order = least_useful(run, state.drawing)
         order = order[state.free[order]]
         count = min(len(order), max(1, state.drawing.num_layers // REVISED_SHARE))
         start = state.failures * count % max(1, len(order) - count + 1)
@@ -177,12 +176,13 @@ def plan_of(schedule: Sequence[int], revisions: int, fills: str = "solid") -> tu
 def place(run: Run, count: int, stage: int) -> int:
     """Add up to `count` layers, labelled with a stage, and return how many were worth it."""
     state = run.state
-    target = run.target
+    context: Context = run
     if state.drawing.fills.any_gradients:
         # Placement composites layers of one colour: what gradients add to it is no longer wanted of new layers.
         flat = state.drawing.replace(fills=None)
-        target = target - run.rasterizer.forward(state.drawing) + run.rasterizer.forward(flat)
-    placement = place_paths(target, state.drawing, count, state.options, state.rng, run.rasterizer, run.check)
+        target = run.target - run.rasterizer.forward(state.drawing) + run.rasterizer.forward(flat)
+        context = Context(run.rasterizer, target, run.options, run.check)
+    placement = place_paths(context, state.drawing, count, state.rng)
     placed = placement.drawing.num_layers
     if placed:
         state.add(placement.drawing.replace(stages=np.full(placed, stage)), placement.order)

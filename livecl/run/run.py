@@ -13,7 +13,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.geometry.outlines import circle
 from livecl.image.background import TRAIN, WHITE, target_over
-from livecl.image.errors import mse, visible_mse
+from livecl.layering.context import Context
 from livecl.layering.merging import merge_neighbors
 from livecl.layering.pruning import needed_layers
 from livecl.rendering.rasterizer import Rasterizer
@@ -24,7 +24,7 @@ from livecl.training.objective import Objective
 from livecl.training.state import FREE, State
 
 
-class Run:
+class Run(Context):
     """A vectorization under way: the target, the device's rasterizer, and the state that says where it stands.
 
     Parameters
@@ -55,24 +55,12 @@ class Run:
         if state.drawing.size != image.shape[:2]:
             raise ValueError(f"image: {image.shape[:2]} pixels, wanted the drawing's {state.drawing.size}")
         self.state = state
-        self.check = check
         self.plan = plan_of(state.schedule, state.options.revisions, state.options.fills)
         trained = state.options.background == TRAIN
         straight = np.asarray(image, dtype=np.float32)
-        self.target: NDArray[np.float32] = target_over(straight, WHITE if trained else state.drawing.background)
-        self.rasterizer = Rasterizer(state.drawing.size, device)
+        target = target_over(straight, WHITE if trained else state.drawing.background)
+        super().__init__(Rasterizer(state.drawing.size, device), target, state.options, check)
         self.objective = Objective(self.rasterizer, self.target)
-
-    def mse(self, drawing: Drawing) -> float:
-        """Return the mean squared error of a drawing over pixels and channels, as reported."""
-        return mse(self.rasterizer.forward(drawing), self.target)
-
-    def visible_mse(self, drawing: Drawing) -> float:
-        """Return the visible mean squared error of a drawing, which all decisions compare.
-
-        Over a background it is the mean squared error.
-        """
-        return visible_mse(self.rasterizer.forward(drawing), self.target)
 
     def warm_up(self) -> None:
         """Compile the kernels of a step: runtimes compile a kernel when it is first launched."""
@@ -190,9 +178,9 @@ class Run:
         least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
         best = quantize(best)
         if self.finished and state.options.merge and not best.fills.any_gradients:
-            merged = merge_neighbors(best, self.rasterizer, self.target, state.options, free, least, self.check)
+            merged = merge_neighbors(self, best, free, least)
             best, free = quantize(merged.drawing), (merged.sources < 0) | free[merged.sources]
-        drawing = needed_layers(best, self.rasterizer, self.target, least, free)
+        drawing = needed_layers(self, best, least, free)
         if state.start_drawing is not None:
             start = quantize(state.start_drawing)
             if self.visible_mse(start) < self.visible_mse(drawing):

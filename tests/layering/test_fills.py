@@ -8,7 +8,9 @@ import pytest
 from support.shapes import rectangle
 
 import livecl
+from livecl import Options
 from livecl.drawing import LINEAR, RADIAL, SOLID, Drawing, Fills
+from livecl.layering.context import Context
 from livecl.layering.fills import best_fill, shaded
 from livecl.rendering.rasterizer import Rasterizer
 
@@ -36,10 +38,11 @@ def test_a_fill_is_found_from_its_picture(fills: Fills | None, kind: int, device
     found = {fitted.kind: fitted.error / weight.sum() for fitted in best_fill(target, weight)}
     assert found[kind] < 1e-4, "the centre of a radial gradient is found to a fraction of a pixel"
     rasterizer = Rasterizer(drawing.size, device)
-    shade = shaded(_square(None), rasterizer, target, ["linear", "radial"], np.ones(1, bool))
+    context = Context(rasterizer, target, Options())
+    shade = shaded(context, _square(None), ["linear", "radial"], np.ones(1, bool))
     assert shade.fills.kinds.tolist() == [kind]
     assert np.mean((rasterizer.forward(shade) - target) ** 2) < 1e-4
-    held = shaded(_square(None), rasterizer, target, ["linear", "radial"], np.zeros(1, bool))
+    held = shaded(context, _square(None), ["linear", "radial"], np.zeros(1, bool))
     assert not held.fills.any_gradients
 
 

@@ -15,6 +15,7 @@ from support.shapes import circle, rectangle
 from livecl import Drawing, Options
 from livecl.drawing.drawing import concatenate
 from livecl.image.errors import visible_mse
+from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas
 from livecl.layering.merging import Merged, _best, merge_neighbors
 from livecl.rendering.rasterizer import Rasterizer
@@ -45,7 +46,7 @@ def _merged(drawing: Drawing, rasterizer: Rasterizer, tolerance: float = TOLERAN
     target = changes.pop("target", None)
     free = changes.pop("free", np.ones(drawing.num_layers, bool))
     target = rasterizer.forward(drawing) if target is None else target
-    return merge_neighbors(drawing, rasterizer, target, Options(**changes), free, tolerance)
+    return merge_neighbors(Context(rasterizer, target, Options(**changes)), drawing, free, tolerance)
 
 
 def test_two_halves_become_one(rasterizer: Rasterizer) -> None:
@@ -88,7 +89,7 @@ def test_the_rise_of_the_error_is_that_of_rendered_pictures(
     drawing = shapes.build(layers, SIZE, background)
     channels = 3 if background else 4
     target: NDArray[Any] = rng.uniform(0.2, 0.8, size=(*SIZE, channels)).astype(np.float32)
-    best = _best(drawing, layer_alphas(drawing, rasterizer), pair, rasterizer, target, Options())
+    best = _best(Context(rasterizer, target, Options()), drawing, layer_alphas(drawing, rasterizer), pair)
     order = np.arange(5)
     order[best.depth] = 5
     merged = concatenate(drawing, best.layer).layer_subset(order[order != sum(pair) - best.depth])

@@ -17,6 +17,7 @@ from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import circle
 from livecl.layering import candidates
 from livecl.layering.candidates import SMALL_REGION
+from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas
 from livecl.layering.placement import Placement, place_paths
 
@@ -43,7 +44,8 @@ class Placer:
     def on(self, drawing: Drawing, target: FloatArray, count: int, options: Options, seed: int = 0) -> Placement:
         """Return the new layers for a drawing, and their order."""
         rng = np.random.default_rng(seed)
-        return place_paths(target, drawing, count, options, rng, self._rasterizer_for(drawing.size, np.float32))
+        rasterizer = self._rasterizer_for(drawing.size, np.float32)
+        return place_paths(Context(rasterizer, target, options), drawing, count, rng)
 
     def alphas(self, drawing: Drawing) -> FloatArray:
         """Return the alpha of each layer: (N, H, W)."""
@@ -138,7 +140,8 @@ def test_rules_without_chance_leave_the_random_source_alone(rasterizer_for: Rast
     rng = np.random.default_rng(3)
     before = rng.bit_generator.state
     target, options = _three_shapes(), Options(placement=rule, shape="outline")
-    place_paths(target, empty_drawing((36, 48)), 2, options, rng, rasterizer_for((36, 48), np.float32))
+    context = Context(rasterizer_for((36, 48), np.float32), target, options)
+    place_paths(context, empty_drawing((36, 48)), 2, rng)
     assert rng.bit_generator.state == before
 
 

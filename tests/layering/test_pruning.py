@@ -8,7 +8,9 @@ import pytest
 from conftest import RasterizerFor
 from support import drawings
 
+from livecl import Options
 from livecl.image.errors import mse
+from livecl.layering.context import Context
 from livecl.layering.pruning import needed_layers
 
 SIZE = (40, 40)
@@ -30,15 +32,16 @@ def test_hidden_layers_must_be_worth_more(
     rasterizer = rasterizer_for(SIZE, np.float32)
     target = rasterizer.forward(drawing)
     worth = mse(rasterizer.forward(drawing.layer_subset([1])), target)
+    context = Context(rasterizer, target, Options())
     for factor, wanted in left.items():
         free, held = np.ones(2, bool), np.zeros(2, bool)
-        assert needed_layers(drawing, rasterizer, target, worth / factor, free).num_layers == wanted
-        assert needed_layers(drawing, rasterizer, target, worth / factor, held).num_layers == 2
+        assert needed_layers(context, drawing, worth / factor, free).num_layers == wanted
+        assert needed_layers(context, drawing, worth / factor, held).num_layers == 2
 
 
 def test_layers_that_cannot_be_seen_go_unless_they_are_held(rasterizer_for: RasterizerFor) -> None:
     drawing = drawings.build([([SQUARE], (1.0, 0.0, 0.0, 0.0)), ([SQUARE], RED)], SIZE)
     rasterizer = rasterizer_for(SIZE, np.float32)
-    target = rasterizer.forward(drawing)
-    assert needed_layers(drawing, rasterizer, target, 0.0, np.array([True, True])).num_layers == 1
-    assert needed_layers(drawing, rasterizer, target, 0.0, np.array([False, True])).num_layers == 2
+    context = Context(rasterizer, rasterizer.forward(drawing), Options())
+    assert needed_layers(context, drawing, 0.0, np.array([True, True])).num_layers == 1
+    assert needed_layers(context, drawing, 0.0, np.array([False, True])).num_layers == 2

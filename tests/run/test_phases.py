@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from support.runs import SMALL, new_run, three_shapes
 from support.shapes import build, circle, rectangle
 
-from livecl import Drawing, Options, Rasterizer, State, Step, vectorize
+from livecl import Options, Rasterizer, State, Step, vectorize
 from livecl.drawing.drawing import empty_drawing
 from livecl.image.reading import premultiplied
 from livecl.layering.pruning import least_useful
@@ -151,7 +151,7 @@ def test_revisions_end_when_they_fail_too_often_or_have_nothing_to_replace(devic
 def test_a_revision_replaces_the_least_useful_layer_and_after_failures_the_next(failures: int, device: int) -> None:
     run = started([FREE] * 4, device, merge=False)
     before = run.state.drawing
-    order = least_useful(before, run.rasterizer, run.target)
+    order = least_useful(run, before)
     assert order[0] == 3, "a dot of nearly the background's colour"
     run.state.failures = failures
     assert run.begin()
@@ -180,8 +180,8 @@ def test_revisions_merge_every_other_time_that_they_fail(
 ) -> None:
     calls: list[Any] = []
 
-    def merge(drawing: Drawing, *others: Any) -> Any:
-        calls.append(others)
+    def merge(*arguments: Any) -> Any:
+        calls.append(arguments)
         raise InterruptedError
 
     monkeypatch.setattr("livecl.run.phases.merge_neighbors", merge)
@@ -190,7 +190,7 @@ def test_revisions_merge_every_other_time_that_they_fail(
     if merges:
         with pytest.raises(InterruptedError):
             run.begin()
-        assert calls[0][3].tolist() == [False, True, True, True], "only layers that are free"
+        assert calls[0][2].tolist() == [False, True, True, True], "only layers that are free"
     else:
         assert run.begin()
     unmerged = started([FREE] * 4, device, merge=False)

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Context`: the picture wanted, the rasterizer, the options and the check for interruption, as layering needs them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.image.errors import mse, visible_mse
+from livecl.options import Options
+from livecl.rendering.rasterizer import Rasterizer
+
+
+@dataclasses.dataclass(eq=False)
+class Context:
+    """Surroundings of a decision about layers.
+
+    Attributes
+    ----------
+    rasterizer : Rasterizer
+        One of the canvas's size.
+    target : (H, W, 3) array, or (H, W, 4) premultiplied where drawings have no background
+        The picture wanted.
+    options : Options
+        Parameters of the method.
+    check : callable
+        Called several times a second; raises to interrupt.
+    """
+
+    rasterizer: Rasterizer
+    target: NDArray[Any]
+    options: Options
+    check: Callable[[], None] = lambda: None
+
+    def mse(self, drawing: Drawing) -> float:
+        """Return the mean squared error of a drawing over pixels and channels, as reported."""
+        return mse(self.rasterizer.forward(drawing), self.target)
+
+    def visible_mse(self, drawing: Drawing) -> float:
+        """Return the visible mean squared error of a drawing, which all decisions compare.
+
+        Over a background it is the mean squared error.
+        """
+        return visible_mse(self.rasterizer.forward(drawing), self.target)
