@@ -18,7 +18,8 @@ from livecl.batch.batch import Batch
 from livecl.batch.inputs import is_pattern
 from livecl.cli.method import given_options
 from livecl.cli.outputs import OUTPUTS, STANDARD, Output, check_outputs
-from livecl.drawing.drawing import Drawing, empty_drawing
+from livecl.drawing.assembly import empty_drawing
+from livecl.drawing.drawing import Drawing
 from livecl.image.reading import read_image
 from livecl.options import PRESET_PATHS
 from livecl.run.checkpoint import is_checkpoint

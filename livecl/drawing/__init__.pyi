@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
+from .assembly import concatenate as concatenate
+from .assembly import empty_drawing as empty_drawing
 from .drawing import Drawing as Drawing
-from .drawing import concatenate as concatenate
-from .drawing import empty_drawing as empty_drawing
 from .fills import KINDS as KINDS
 from .fills import LINEAR as LINEAR
 from .fills import RADIAL as RADIAL
 from .fills import SOLID as SOLID
 from .fills import Fills as Fills
+from .strokes import Strokes as Strokes
 
 __all__ = [
     "KINDS",
@@ -15,6 +16,7 @@ __all__ = [
     "SOLID",
     "Drawing",
     "Fills",
+    "Strokes",
     "concatenate",
     "empty_drawing",
 ]

@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing.checks import checked_floats, checked_integers, checked_names, checked_offsets, checked_size
 from livecl.drawing.colors import format_rgb
-from livecl.drawing.fills import MAX_COORDINATE, Fills, concatenate_fills
+from livecl.drawing.fills import MAX_COORDINATE, Fills, checked_fills
 from livecl.drawing.labels import layer_labels, select_layers
-from livecl.errors import check_type, nearest
+from livecl.drawing.strokes import Strokes, checked_strokes
+from livecl.errors import nearest
 
 if TYPE_CHECKING:
     from livecl.svg.writer import LayerStyle
@@ -60,6 +61,8 @@ class Drawing:
         Name of each layer, "" for none; all "" where not given. Kept on one line of visible characters, 120 at most.
     fills : Fills, optional
         Kind, geometry and stops of the layers that a gradient fills; all are solid where not given.
+    strokes : Strokes, optional
+        Width, caps and joins of the layers that are stroked instead of filled; all are filled where not given.
 
     Raises
     ------
@@ -76,6 +79,7 @@ class Drawing:
     stages: IntArray
     names: tuple[str, ...]
     fills: Fills
+    strokes: Strokes
 
     def __init__(
         self,
@@ -89,6 +93,7 @@ class Drawing:
         stages: ArrayLike | None = None,
         names: Sequence[str] | None = None,
         fills: Fills | None = None,
+        strokes: Strokes | None = None,
     ) -> None:
         values: dict[str, Any] = {"size": checked_size(size)}
         values["points"] = checked_floats("points", points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
@@ -114,7 +119,8 @@ class Drawing:
         if values["stages"].shape != (num_layers,):
             raise ValueError(f"stages: shape {values['stages'].shape}, wanted ({num_layers},)")
         values["names"] = ("",) * num_layers if names is None else checked_names(names, num_layers)
-        values["fills"] = _checked_fills(fills, num_layers)
+        values["fills"] = checked_fills(fills, num_layers)
+        values["strokes"] = checked_strokes(strokes, values["layer_offsets"], values["subpath_offsets"])
         if values["fills"].any_gradients:
             values["colors"][values["fills"].gradient_layers] = values["fills"].mean_colors()
         for value in values.values():
@@ -132,6 +138,7 @@ class Drawing:
         stages: ArrayLike | None = None,
         names: Sequence[str] | None = None,
         fills: Fills | None = None,
+        strokes: Strokes | None = None,
     ) -> Drawing:
         """Make a drawing from the outlines of its layers.
 
@@ -141,7 +148,7 @@ class Drawing:
             Subpaths of each layer, bottom first: closed runs of segments (anchor, handle, handle), px.
         colors : (N, 4) or (4,) array_like
             Straight RGBA in [0, 1] of each layer's fill, or of all.
-        size, background, stages, names, fills
+        size, background, stages, names, fills, strokes
             As for :class:`Drawing`.
         """
         subpaths = [np.asarray(subpath, dtype=np.float64) for outline in outlines for subpath in outline]
@@ -155,6 +162,7 @@ class Drawing:
             stages=stages,
             names=names,
             fills=fills,
+            strokes=strokes,
         )
 
     def subpaths(self, layer: int | None = None) -> list[slice]:
@@ -220,12 +228,18 @@ class Drawing:
             ) from error
 
     def moved(
-        self, points: FloatArray, colors: FloatArray, background: FloatArray | None, fills: Fills | None = None
+        self,
+        points: FloatArray,
+        colors: FloatArray,
+        background: FloatArray | None,
+        fills: Fills | None = None,
+        strokes: Strokes | None = None,
     ) -> Drawing:
         """Return the drawing with other numbers and the same structure, unchecked: for loops that call it often.
 
         The arrays are taken as they are, not copied; the caller does not change them afterwards. `fills` are of the
-        kinds and numbers of stops that they were (:meth:`Fills.moved`), or None for those of this drawing.
+        kinds and numbers of stops that they were (:meth:`Fills.moved`), or None for those of this drawing; likewise
+        `strokes` (:meth:`Strokes.moved`).
         """
         drawing = object.__new__(Drawing)
         drawing.__dict__.update(self.__dict__, points=points, colors=colors, background=background)
@@ -233,6 +247,8 @@ class Drawing:
             colors = colors.copy()
             colors[fills.gradient_layers] = fills.mean_colors()
             drawing.__dict__.update(colors=colors, fills=fills)
+        if strokes is not None:
+            drawing.__dict__.update(strokes=strokes)
         return drawing
 
     def same_structure(self, other: Drawing) -> bool:
@@ -241,6 +257,7 @@ class Drawing:
             self.subpath_offsets is other.subpath_offsets
             and self.layer_offsets is other.layer_offsets
             and self.fills.kinds is other.fills.kinds
+            and self.strokes.is_open is other.strokes.is_open
         )
 
     def layer_subset(self, keep: ArrayLike) -> Drawing:
@@ -267,6 +284,7 @@ class Drawing:
             stages=self.stages[layers],
             names=[self.names[layer] for layer in layers],
             fills=self.fills.subset(layers),
+            strokes=self.strokes.subset(layers, subpaths),
         )
 
     @property
@@ -310,61 +328,6 @@ class Drawing:
         from livecl.svg.writer import format_svg
 
         return format_svg(self)
-
-
-def concatenate(below: Drawing, above: Drawing) -> Drawing:
-    """Put the layers of one drawing above those of another.
-
-    Parameters
-    ----------
-    below, above : Drawing
-        On canvases of one size.
-
-    Returns
-    -------
-    Drawing
-        The layers of both, on the canvas and the background of `below`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If one is no drawing, or the canvases differ.
-    """
-    for name, drawing in (("below", below), ("above", above)):
-        check_type(name, drawing, Drawing, WANTED_DRAWING)
-    if above.size != below.size:
-        raise ValueError(f"above: a canvas of {above.size} px, wanted that of below, {below.size}")
-    return below.replace(
-        points=np.concatenate([below.points, above.points]),
-        colors=np.concatenate([below.colors, above.colors]),
-        subpath_offsets=np.concatenate([below.subpath_offsets, above.subpath_offsets[1:] + below.num_segments]),
-        layer_offsets=np.concatenate([below.layer_offsets, above.layer_offsets[1:] + below.layer_offsets[-1]]),
-        stages=np.concatenate([below.stages, above.stages]),
-        names=below.names + above.names,
-        fills=concatenate_fills([below.fills, above.fills]),
-    )
-
-
-def empty_drawing(size: tuple[int, int], background: ArrayLike | None = (1.0, 1.0, 1.0)) -> Drawing:
-    """Return a drawing without layers."""
-    return Drawing(
-        points=np.zeros((0, 3, 2)),
-        colors=np.zeros((0, 4)),
-        size=size,
-        background=background,
-    )
-
-
-def _checked_fills(fills: Fills | None, num_layers: int) -> Fills:
-    if fills is None:
-        return Fills.solid(num_layers)
-    if not isinstance(fills, Fills):
-        raise ValueError(f"fills: got {type(fills).__name__}, wanted livecl.drawing.Fills")
-    if len(fills) != num_layers:
-        if not fills.any_gradients:
-            return Fills.solid(num_layers)
-        raise ValueError(f"fills: got those of {len(fills)} layers, wanted {num_layers}")
-    return fills
 
 
 def _offsets(counts: IntArray) -> IntArray:

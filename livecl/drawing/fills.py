@@ -249,3 +249,16 @@ def concatenate_fills(parts: Sequence[Fills]) -> Fills:
         stop_positions=np.concatenate([part.stop_positions for part in parts]),
         stop_colors=np.concatenate([part.stop_colors for part in parts]),
     )
+
+
+def checked_fills(fills: Fills | None, num_layers: int) -> Fills:
+    """Return fills that fit a number of layers; None and fills that are all solid fit any."""
+    if fills is None:
+        return Fills.solid(num_layers)
+    if not isinstance(fills, Fills):
+        raise ValueError(f"fills: got {type(fills).__name__}, wanted livecl.drawing.Fills")
+    if len(fills) != num_layers:
+        if not fills.any_gradients:
+            return Fills.solid(num_layers)
+        raise ValueError(f"fills: got those of {len(fills)} layers, wanted {num_layers}")
+    return fills

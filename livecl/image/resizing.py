@@ -13,8 +13,8 @@ import reprlib
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.drawing.assembly import stretched
 from livecl.drawing.drawing import Drawing
-from livecl.drawing.fills import MAX_COORDINATE
 
 #: Side, px, of the square whose area larger pictures are reduced to where nothing else is asked for.
 DEFAULT_SIZE = 512
@@ -102,5 +102,4 @@ def scaled(drawing: Drawing, size: tuple[int, int]) -> Drawing:
     if drawing.size == tuple(size):
         return drawing
     factors = np.array([size[1] / drawing.size[1], size[0] / drawing.size[0]])
-    points = np.clip(drawing.points * factors, -MAX_COORDINATE, MAX_COORDINATE)
-    return drawing.replace(points=points, size=size, fills=drawing.fills.stretched(factors))
+    return stretched(drawing, factors, size)

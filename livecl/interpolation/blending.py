@@ -9,6 +9,7 @@ from typing import Literal, TypeAlias, get_args, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.drawing.assembly import stretched
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
 from livecl.errors import check_type
@@ -150,8 +151,7 @@ def fit_canvas(drawing: Drawing, size: tuple[int, int]) -> Drawing:
     """
     scale = min(new / old for new, old in zip(size, drawing.size, strict=True))
     margin = [(new - scale * old) / 2 for new, old in zip(size, drawing.size, strict=True)]
-    fills = drawing.fills.stretched(scale, margin[::-1])
-    return drawing.replace(points=drawing.points * scale + margin[::-1], size=size, fills=fills)
+    return stretched(drawing, scale, size, margin[::-1])
 
 
 def collapsed(drawing: Drawing) -> Drawing:

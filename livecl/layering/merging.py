@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.drawing.drawing import Drawing, concatenate
+from livecl.drawing.assembly import concatenate
+from livecl.drawing.drawing import Drawing
 from livecl.image.errors import visible_error
 from livecl.layering.candidates import SEGMENT_ERROR, fitted_outlines
 from livecl.layering.context import Context

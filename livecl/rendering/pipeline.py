@@ -8,36 +8,14 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from livecl.drawing.drawing import Drawing
 from livecl.opencl.launcher import Launcher
 from livecl.rendering.device_drawing import Scene, Use
-from livecl.rendering.fills import FillGradients, fill_gradients, record_reals
+from livecl.rendering.fills import fill_gradients, record_reals
+from livecl.rendering.gradients import Gradients
 from livecl.rendering.tiling import TILE, Grid, IntArray, Spans
-
-
-@dataclasses.dataclass(frozen=True)
-class Gradients:
-    """Gradient of a scalar loss with respect to a drawing.
-
-    Attributes
-    ----------
-    points : (M, 3, 2) float64
-        Loss per pixel of displacement.
-    colors : (N, 4) float64
-        Loss per unit of straight RGBA.
-    background : (3,) float64 or None
-        Loss per unit of colour; None where the drawing has no background.
-    fills : FillGradients or None
-        Of gradient fills: geometry, places and colours of stops; None where all layers are solid. The rows of `colors`
-        of layers with a gradient are 0.
-    """
-
-    points: NDArray[np.float64]
-    colors: NDArray[np.float64]
-    background: NDArray[np.float64] | None
-    fills: FillGradients | None = None
 
 
 @dataclasses.dataclass(frozen=True)

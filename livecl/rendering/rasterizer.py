@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Callable
 from typing import Any
@@ -11,12 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from livecl.drawing.drawing import Drawing
-from livecl.geometry.bezier import pieces_for
 from livecl.opencl.device import OpenDevice, open_device
 from livecl.opencl.guard import on_device
 from livecl.opencl.program import LANES
+from livecl.rendering.gradients import Gradients
 from livecl.rendering.images import DeviceImage, download, upload
-from livecl.rendering.pipeline import DistanceWeight, Gradients
+from livecl.rendering.pipeline import DistanceWeight
+from livecl.rendering.strokes import Filled, filled, stroke_pieces
 from livecl.rendering.threads import Workspace, channels_of
 from livecl.rendering.tiling import Grid
 
@@ -111,8 +113,9 @@ class Rasterizer:
             If the drawing is of another size, or `pieces` does not fit it.
         """
         channels = channels_of(drawing)
-        image = self._workspace.loaded(drawing).render(channels, pieces)
-        self._workspace.rendered = drawing, pieces
+        plain = filled(drawing, pieces, self.tolerance)
+        image = self._workspace.loaded(plain.drawing).render(channels, plain.pieces(pieces))
+        self._workspace.rendered = plain, pieces
         return self.download(DeviceImage(image, channels))
 
     @on_device
@@ -131,6 +134,8 @@ class Rasterizer:
         (N, H, W) array
             Share of each pixel inside each layer, in [0, 1].
         """
+        plain = filled(drawing, pieces, self.tolerance)
+        drawing, pieces = plain.drawing, plain.pieces(pieces)
         together = max(1, self.max_tiles // (self._grid.num_strips * self._grid.num_tiles))  # on the device at a time
         if drawing.num_layers <= together:
             return self._coverages(drawing, pieces)
@@ -158,7 +163,8 @@ class Rasterizer:
         Returns
         -------
         Gradients
-            ``points`` (M, 3, 2), loss per pixel of displacement; ``colors`` (N, 4); ``background`` (3,).
+            ``points`` (M, 3, 2), loss per pixel of displacement; ``colors`` (N, 4); ``background`` (3,); of gradient
+            fills and strokes, ``fills`` and ``widths`` (N,).
 
         Raises
         ------
@@ -169,7 +175,8 @@ class Rasterizer:
 
         Notes
         -----
-        Derivations: kernels/composite.h (colour), kernels/coverage.cl (outline), kernels/flatten.cl (control points).
+        Derivations: kernels/composite.h (colour), kernels/coverage.cl (outline), kernels/flatten.cl (control points),
+        livecl/geometry/strokes.py (centre lines and widths).
         """
         if self._workspace.rendered is None:
             raise RuntimeError("backward needs a drawing: call forward first")
@@ -180,8 +187,7 @@ class Rasterizer:
     ) -> tuple[NDArray[Any], Callable[[ArrayLike], Gradients]]:
         """Render a drawing and return its image with the vector-Jacobian product of rendering.
 
-        :meth:`forward` and :meth:`backward` without memory in between: the product belongs to this drawing, whatever is
-        rendered later and in whichever thread it is called.
+        The product belongs to this drawing, whatever is rendered later and in whichever thread it is called.
 
         Parameters
         ----------
@@ -205,24 +211,22 @@ class Rasterizer:
         --------
         >>> import numpy as np
         >>> import livecl
-        >>> corners = np.array([[8, 8], [8, 24], [24, 24], [24, 8]])
-        >>> square = np.stack([corners, corners, np.roll(corners, -1, axis=0)], axis=1)  # anchor, handle, handle
+        >>> a = np.array([[8, 8], [8, 24], [24, 24], [24, 8]])
+        >>> square = np.stack([a, a, np.roll(a, -1, axis=0)], axis=1)  # straight sides: anchor, handle, handle
         >>> drawing = livecl.Drawing.from_outlines([[square]], [0, 0, 0, 1], size=(32, 32))
         >>> image, pullback = livecl.Rasterizer((32, 32)).vjp(drawing)
-        >>> round(float(image.mean()), 3)  # a quarter is black
-        0.75
-        >>> gradients = pullback(np.ones_like(image))  # of the sum of all pixels
-        >>> gradients.colors.round().tolist()
+        >>> pullback(np.ones_like(image)).colors.round().tolist()  # of the sum of all pixels
         [[256.0, 256.0, 256.0, -768.0]]
         """
         chosen = self.pieces(drawing) if pieces is None else np.array(pieces)
-        return self.forward(drawing, chosen), functools.partial(self._pull_back, drawing, chosen)
+        image = self.forward(drawing, chosen)
+        return image, functools.partial(self._pull_back, filled(drawing, chosen, self.tolerance), chosen)
 
     @on_device
-    def _pull_back(self, drawing: Drawing, pieces: ArrayLike | None, d_image: ArrayLike) -> Gradients:
-        pipeline = self._workspace.loaded(drawing)
-        pipeline.launcher.set(d_image=self._uploaded("d_image", d_image, channels_of(drawing)).buffer)
-        return pipeline.begin_backward(pieces)()[1]
+    def _pull_back(self, plain: Filled, pieces: ArrayLike | None, d_image: ArrayLike) -> Gradients:
+        pipeline = self._workspace.loaded(plain.drawing)
+        pipeline.launcher.set(d_image=self._uploaded("d_image", d_image, channels_of(plain.drawing)).buffer)
+        return plain.pull_back(pipeline.begin_backward(plain.pieces(pieces))()[1])
 
     def loss_and_gradients(
         self,
@@ -276,16 +280,20 @@ class Rasterizer:
         callable
             Waits and returns loss and gradients. To be called before anything else is asked of the rasterizer.
         """
-        pipeline = self._workspace.loaded(drawing)
+        plain = filled(drawing, pieces, self.tolerance)
+        pipeline = self._workspace.loaded(plain.drawing)
         pipeline.launcher.set(target=self._uploaded("target", target, channels_of(drawing)).buffer, scale=float(scale))
+        distances = None
         if isinstance(weight, DistanceWeight):
-            return functools.partial(self._end_loss, pipeline.begin_loss(weight, pieces))
-        pipeline.launcher.set(weight=self._uploaded("weight", weight, 1).buffer)
-        return functools.partial(self._end_loss, pipeline.begin_loss(None, pieces))
+            distances = dataclasses.replace(weight, pieces=plain.pieces(weight.pieces))
+        else:
+            pipeline.launcher.set(weight=self._uploaded("weight", weight, 1).buffer)
+        return functools.partial(self._end_loss, plain, pipeline.begin_loss(distances, plain.pieces(pieces)))
 
     @on_device
-    def _end_loss(self, end: Callable[[], tuple[float, Gradients]]) -> tuple[float, Gradients]:
-        return end()
+    def _end_loss(self, plain: Filled, end: Callable[[], tuple[float, Gradients]]) -> tuple[float, Gradients]:
+        loss, gradients = end()
+        return loss, plain.pull_back(gradients)
 
     def distance_weight(self, drawing: Drawing, tau: float = 10.0, pieces: ArrayLike | None = None) -> NDArray[Any]:
         """Return the distance weight of eq. (1), averaged over the layers whose outline is within `tau` of some pixel.
@@ -313,11 +321,13 @@ class Rasterizer:
         With `closest_from`, the image is instead the largest ReLU(tau - d), px, among the layers from that one on: the
         weight of the authors' program is made from it.
         """
-        return DeviceImage(self._workspace.loaded(drawing).weigh(DistanceWeight(tau, pieces), closest_from), 1)
+        plain = filled(drawing, pieces, self.tolerance)
+        weight = DistanceWeight(tau, plain.pieces(pieces))
+        return DeviceImage(self._workspace.loaded(plain.drawing).weigh(weight, closest_from), 1)
 
     def pieces(self, drawing: Drawing, tolerance: float | None = None) -> NDArray[np.int32]:
         """Return the number of lines that flatten each segment to within a tolerance, px, or the rasterizer's: (M,)."""
-        return pieces_for(drawing.cubics, self.tolerance if tolerance is None else tolerance)
+        return stroke_pieces(drawing, self.tolerance if tolerance is None else tolerance)
 
     @on_device
     def upload(self, image: ArrayLike) -> DeviceImage:

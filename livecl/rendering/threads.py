@@ -14,6 +14,7 @@ from livecl.errors import check_type
 from livecl.opencl.device import OpenDevice
 from livecl.opencl.launcher import Launcher
 from livecl.rendering.pipeline import Pipeline
+from livecl.rendering.strokes import Filled
 from livecl.rendering.tiling import Grid
 
 
@@ -48,7 +49,7 @@ class Workspace(threading.local):
         self._opened, self._grid, self._dtype = opened, grid, dtype
         self._tolerance, self._max_tiles = tolerance, max_tiles
         self._pipelines: dict[tuple[int, bool], Pipeline] = {}
-        self.rendered: tuple[Drawing, ArrayLike | None] | None = None
+        self.rendered: tuple[Filled, ArrayLike | None] | None = None
 
     def pipeline(self, channels: int, fills: bool = False) -> Pipeline:
         """Return the pipeline for images of that many channels, for drawings with gradient fills or without."""

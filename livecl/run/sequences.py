@@ -10,8 +10,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.assembly import concatenate
 from livecl.drawing.checks import python_number
-from livecl.drawing.drawing import Drawing, concatenate
+from livecl.drawing.drawing import Drawing
 from livecl.errors import check_type
 from livecl.image.background import NONE
 from livecl.image.reading import Picture, as_image

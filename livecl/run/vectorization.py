@@ -12,7 +12,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.drawing.drawing import Drawing, empty_drawing
+from livecl.drawing.assembly import empty_drawing
+from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.image.background import TRAIN, background_for, target_over
 from livecl.options import Options

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.colors import format_rgb
+from livecl.drawing.strokes import DEFAULT_MITER_LIMIT
 from livecl.files import write_atomically
+from livecl.geometry.strokes import CAPS, JOINS
 from livecl.svg.servers import PaintServer, format_decimal, format_gradients, without_plain_gradients
 
 if TYPE_CHECKING:
@@ -45,7 +47,8 @@ def quantize(drawing: Drawing, precision: int = 3) -> Drawing:
     -------
     Drawing
         Colours, opacities, stops and background at multiples of 1/255, points of outlines and gradients at multiples of
-        ``10**-precision``; gradients that are of one colour then, or without extent, are solid.
+        ``10**-precision``, and so widths of strokes; gradients that are of one colour then, or without extent, are
+        solid.
     """
     if precision not in range(MAX_PRECISION + 1):
         raise ValueError(f"precision: got {precision!r}, wanted 0 to {MAX_PRECISION} decimals")
@@ -55,13 +58,15 @@ def quantize(drawing: Drawing, precision: int = 3) -> Drawing:
         colors=np.round(colors * 255) / 255,
         background=None if drawing.background is None else np.round(drawing.background * 255) / 255,
         fills=fills,
+        strokes=drawing.strokes.quantized(int(precision)),
     )
 
 
 def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inkscape") -> str:
     """Return a drawing as SVG text.
 
-    A ``<path>`` for each layer in paint order, filled by the nonzero rule; the background is a rectangle beneath them.
+    A ``<path>`` for each layer in paint order, filled by the nonzero rule, or stroked; the background is a rectangle
+    beneath them.
     Every path has an id and a name: its own, or one of index, colour and place (:attr:`Drawing.labels`).
 
     Parameters
@@ -154,27 +159,48 @@ def _format_path(identifier: str, label: str, paint: str, layers: LayerStyle) ->
 
 
 def _format_paint(drawing: Drawing, layer: int, precision: int, server: PaintServer | None) -> str:
-    """Fill and path data of a layer, as attributes. The nonzero rule is SVG's default."""
-    rgba = drawing.colors[layer]
-    data = "".join(_format_subpath(drawing.points[subpath], precision) for subpath in drawing.subpaths(layer))
-    if server is not None:
-        return f'fill="url(#{server.identifier})" d="{data}"'
-    opacity = f' fill-opacity="{format_decimal(round(rgba[3] * 1e5), 5)}"' if rgba[3] < 1 else ""
-    return f'fill="{format_rgb(rgba)}"{opacity} d="{data}"'
+    """Paint and path data of a layer, as attributes. The nonzero rule is SVG's default."""
+    rgba, is_stroked = drawing.colors[layer], drawing.strokes.widths[layer] > 0
+    name = "stroke" if is_stroked else "fill"
+    paint = f'{name}="{format_rgb(rgba) if server is None else f"url(#{server.identifier})"}"'
+    if server is None and rgba[3] < 1:
+        paint += f' {name}-opacity="{format_decimal(round(rgba[3] * 1e5), 5)}"'
+    if is_stroked:
+        paint = f'fill="none" {paint} {_format_pen(drawing, layer, precision)}'
+    first = drawing.layer_offsets[layer]
+    data = "".join(
+        _format_subpath(drawing.points[rows], precision, is_open=bool(drawing.strokes.is_open[first + number]))
+        for number, rows in enumerate(drawing.subpaths(layer))
+    )
+    return f'{paint} d="{data}"'
 
 
-def _format_subpath(points: FloatArray, precision: int) -> str:
-    """Path data of one subpath (m, 3, 2), its last cubic written out to the first anchor before it is closed.
+def _format_pen(drawing: Drawing, layer: int, precision: int) -> str:
+    """Width, caps and joins of a stroked layer, as attributes; SVG's defaults are left out."""
+    strokes = drawing.strokes
+    pen = f'stroke-width="{format_decimal(round(strokes.widths[layer] * 10**precision), precision)}"'
+    if strokes.caps[layer]:
+        pen += f' stroke-linecap="{CAPS[strokes.caps[layer]]}"'
+    if strokes.joins[layer]:
+        pen += f' stroke-linejoin="{JOINS[strokes.joins[layer]]}"'
+    elif strokes.miter_limits[layer] != DEFAULT_MITER_LIMIT:
+        pen += f' stroke-miterlimit="{strokes.miter_limits[layer]:.9g}"'
+    return pen
+
+
+def _format_subpath(points: FloatArray, precision: int, is_open: bool) -> str:
+    """Path data of one subpath (m, 3, 2); a closed one's last cubic is written out to the first anchor.
 
     Coordinates are relative, which is a fifth shorter, unless the subpath is so long or so far away that a reader in
     float64, which adds them up, could miss a rounded coordinate by half of the last decimal that it rounds to.
     """
     units = np.rint(points * 10**precision).astype(np.int64)
-    row = np.concatenate([units.reshape(-1, 2), units[0, :1]])
+    row = units.reshape(-1, 2)[:-2] if is_open else np.concatenate([units.reshape(-1, 2), units[0, :1]])
     drift = 2 * (len(points) + 1) * np.spacing(np.abs(points).max())
     relative = drift < 0.5 * 10**-MAX_PRECISION
     moves = row[1:] - np.repeat(row[:-1:3], 3, axis=0) if relative else row[1:]
-    return f"M{_format_numbers(row[:1], precision)}{'c' if relative else 'C'}{_format_numbers(moves, precision)}Z"
+    data = f"M{_format_numbers(row[:1], precision)}{'c' if relative else 'C'}{_format_numbers(moves, precision)}"
+    return data if is_open else f"{data}Z"
 
 
 def _format_numbers(units: IntArray, precision: int) -> str:

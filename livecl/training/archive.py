@@ -13,6 +13,7 @@ import numpy as np
 
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import Fills
+from livecl.drawing.strokes import Strokes
 from livecl.files import write_atomically
 from livecl.training.adam import Adam
 from livecl.training.fills import FillMoments
@@ -33,6 +34,7 @@ UNREADABLE = (
 
 _DRAWING_ARRAYS = ("points", "colors", "subpath_offsets", "layer_offsets", "stages", "names")
 _FILLS_ARRAYS = ("kinds", "geometry", "stop_offsets", "stop_positions", "stop_colors")
+_STROKES_ARRAYS = ("widths", "caps", "joins", "miter_limits", "is_open")
 
 
 def write_archive(path: str | os.PathLike[str], facts: dict[str, Any], arrays: dict[str, Any]) -> None:
@@ -57,6 +59,8 @@ def drawing_arrays(prefix: str, drawing: Drawing) -> dict[str, Any]:
     arrays = {prefix + name: getattr(drawing, name) for name in _DRAWING_ARRAYS}
     if drawing.fills.any_gradients:
         arrays |= {f"{prefix}fills.{name}": getattr(drawing.fills, name) for name in _FILLS_ARRAYS}
+    if drawing.strokes.any:
+        arrays |= {f"{prefix}strokes.{name}": getattr(drawing.strokes, name) for name in _STROKES_ARRAYS}
     return arrays if drawing.background is None else {**arrays, f"{prefix}background": drawing.background}
 
 
@@ -66,8 +70,11 @@ def drawing_from(prefix: str, arrays: Arrays, size: tuple[int, int]) -> Drawing:
     fills = None
     if any(name.startswith(f"{prefix}fills.") for name in arrays):
         fills = Fills(**{name: arrays[f"{prefix}fills.{name}"] for name in _FILLS_ARRAYS})
+    strokes = None
+    if f"{prefix}strokes.widths" in arrays:
+        strokes = Strokes(**{name: arrays[f"{prefix}strokes.{name}"] for name in _STROKES_ARRAYS})
     values = {name: arrays[prefix + name] for name in _DRAWING_ARRAYS}
-    return Drawing(size=size, background=background, fills=fills, **values)
+    return Drawing(size=size, background=background, fills=fills, strokes=strokes, **values)
 
 
 def adam_arrays(name: str, adam: Adam) -> dict[str, Any]:

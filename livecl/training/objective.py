@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
-from livecl.rendering.pipeline import DistanceWeight, Gradients
+from livecl.rendering.gradients import Gradients
+from livecl.rendering.pipeline import DistanceWeight
 from livecl.rendering.rasterizer import DeviceImage, Rasterizer
 from livecl.training.state import State
 from livecl.training.xing import xing_loss

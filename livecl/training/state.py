@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.drawing.drawing import Drawing, concatenate
+from livecl.drawing.assembly import concatenate
+from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.options import Options
 from livecl.training.adam import Adam

@@ -92,9 +92,10 @@ def untangles_now(state: State) -> bool:
 
 
 def untangle_outlines(state: State) -> None:
-    """Take the loops out of all outlines that may change; Adam starts anew for changed segments."""
+    """Take the loops out of all filled outlines that may change; Adam starts anew for changed segments."""
     drawing = state.drawing
-    points, cubics, free = drawing.points.copy(), drawing.cubics, ~state.locked_segments
+    points, cubics = drawing.points.copy(), drawing.cubics
+    free = ~state.locked_segments & (drawing.strokes.widths[drawing.segment_layers] == 0)
     runs = [subpath for subpath in drawing.subpaths() if free[subpath.start]]
     for run, outline in zip(runs, untangle([cubics[run] for run in runs]), strict=True):
         points[run] = outline[:, :3]

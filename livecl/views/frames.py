@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from livecl.drawing.assembly import stretched
 from livecl.drawing.canvas import check_canvases
 from livecl.drawing.drawing import Drawing
 from livecl.image.reading import over_ground
@@ -63,8 +64,7 @@ def render_frames(
     rasterizer = Rasterizer(size, device)
     stretch = np.array([size[1] / width, size[0] / height])
     for drawing in drawings:
-        fills = drawing.fills.stretched(stretch)
-        image = rasterizer.forward(drawing.replace(points=drawing.points * stretch, size=size, fills=fills))
+        image = rasterizer.forward(stretched(drawing, stretch, size))
         yield over_ground(image, np.ones(3, np.float32))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from livecl.drawing import LINEAR, RADIAL, SOLID, Drawing, Fills
-from livecl.drawing.drawing import concatenate
+from livecl.drawing.assembly import concatenate
 from livecl.svg import format_svg, quantize
 
 ARRAYS = ("kinds", "geometry", "stop_offsets", "stop_positions", "stop_colors")

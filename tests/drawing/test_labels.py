@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from support import drawings, shapes
 
+from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.drawing.checks import MAX_NAME, clean_name
 from livecl.drawing.colors import format_rgb, oklab
-from livecl.drawing.drawing import Drawing, concatenate, empty_drawing
+from livecl.drawing.drawing import Drawing
 from livecl.drawing.labels import layer_centers
 from livecl.geometry import bezier
 from livecl.options import Options

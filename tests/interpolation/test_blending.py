@@ -12,7 +12,8 @@ from support.drawings import BLUE, GREEN, RED, RED_GLASS, blob, build, random_co
 from support.shapes import circle
 
 import livecl
-from livecl.drawing.drawing import Drawing, empty_drawing
+from livecl.drawing.assembly import empty_drawing
+from livecl.drawing.drawing import Drawing
 from livecl.geometry import bezier
 from livecl.interpolation.blending import collapsed, correspond, fit_canvas, interpolate, mix_colors
 from livecl.rendering.rasterizer import Rasterizer

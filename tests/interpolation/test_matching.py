@@ -8,8 +8,8 @@ import pytest
 from support.drawings import BLUE, GREEN, RED, build, rectangle
 from support.shapes import circle
 
+from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.canvas import layer_boxes
-from livecl.drawing.drawing import empty_drawing
 from livecl.interpolation.matching import Pair, layer_differences, match_layers
 
 SIZE = (100, 100)

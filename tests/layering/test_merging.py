@@ -13,7 +13,7 @@ from support import shapes
 from support.shapes import circle, rectangle
 
 from livecl import Drawing, Options
-from livecl.drawing.drawing import concatenate
+from livecl.drawing.assembly import concatenate
 from livecl.image.errors import visible_mse
 from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from support import drawings, shapes
 
 from livecl import Drawing, Options
-from livecl.drawing.drawing import concatenate, empty_drawing
+from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import circle
 from livecl.layering import candidates

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from support import drawings, shapes
 from support.drawings import polygon, rectangle
 
-from livecl.drawing.drawing import Drawing, empty_drawing
+from livecl.drawing.assembly import empty_drawing
+from livecl.drawing.drawing import Drawing
 from livecl.layering.contributions import layer_alphas, visible_shares
 from livecl.layering.neighbors import flat_regions
 from livecl.quality.layers import (

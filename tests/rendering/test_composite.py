@@ -12,7 +12,7 @@ from reference.rounding import UNIT, colors_tolerance, image_tolerance
 from support import drawings
 
 import livecl
-from livecl.drawing.drawing import empty_drawing
+from livecl.drawing.assembly import empty_drawing
 from livecl.image.reading import premultiplied
 
 

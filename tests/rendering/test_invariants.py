@@ -12,7 +12,7 @@ from reference.rounding import coverage_tolerance, image_tolerance, points_toler
 from support import drawings, shapes
 
 from livecl import Drawing, list_devices
-from livecl.drawing.drawing import concatenate, empty_drawing
+from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.rendering.rasterizer import Gradients, Rasterizer
 
 DTYPES = [np.float32, np.float64]

@@ -8,8 +8,8 @@ import pytest
 from numpy.typing import NDArray
 from support import drawings
 
+from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.canvas import layer_boxes
-from livecl.drawing.drawing import empty_drawing
 from livecl.opencl.program import LANES, kernel_dir
 from livecl.rendering.tiling import TILE, Grid, Spans, plan_spans
 

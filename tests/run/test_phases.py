@@ -13,7 +13,7 @@ from support.runs import SMALL, new_run, three_shapes
 from support.shapes import build, circle, rectangle
 
 from livecl import Options, Rasterizer, State, Step, vectorize
-from livecl.drawing.drawing import empty_drawing
+from livecl.drawing.assembly import empty_drawing
 from livecl.image.reading import premultiplied
 from livecl.layering.pruning import least_useful
 from livecl.run.loop import train

@@ -118,7 +118,7 @@ def test_a_run_from_a_drawing_is_saved_and_goes_on_equal(drawing: Drawing, tmp_p
 
 
 def test_an_empty_start_is_none(device: int) -> None:
-    empty = livecl.drawing.drawing.empty_drawing((32, 36), (1, 1, 0))
+    empty = livecl.drawing.empty_drawing((32, 36), (1, 1, 0))
     result = vectorize(_shapes(), 2, options=OPTIONS, device=device, start=empty)
     assert result.drawing.num_layers == 2
     np.testing.assert_array_equal(result.drawing.background, (1, 1, 0))

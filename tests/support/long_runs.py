@@ -15,7 +15,7 @@ from pathlib import Path
 
 import livecl
 from livecl import Drawing, Options, Rasterizer, State
-from livecl.drawing.drawing import empty_drawing
+from livecl.drawing.assembly import empty_drawing
 from livecl.run.run import Run
 from support.runs import SMALL, three_shapes
 

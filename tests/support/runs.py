@@ -12,7 +12,7 @@ from reference.rounding import UNIT
 
 import livecl
 from livecl import Drawing, Options, State
-from livecl.drawing.drawing import empty_drawing
+from livecl.drawing.assembly import empty_drawing
 from livecl.image.background import background_for
 from livecl.run.run import Run
 

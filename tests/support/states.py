@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import Options, State
-from livecl.drawing.drawing import empty_drawing
+from livecl.drawing.assembly import empty_drawing
 
 SCHEDULE = (1, 2)
 

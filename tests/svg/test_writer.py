@@ -14,8 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.colors import parse_color
-from livecl.drawing.drawing import Drawing, empty_drawing
+from livecl.drawing.drawing import Drawing
 from livecl.image.reading import over_background, read_image
 from livecl.svg import LayerStyle, format_svg, quantize, read_svg, save_svg
 

@@ -17,7 +17,7 @@ from support.states import assert_equal, disc_and_ring, equal, start
 
 from livecl import Drawing, LiveclError, Options, State
 from livecl.drawing import LINEAR, RADIAL, Fills
-from livecl.drawing.drawing import empty_drawing
+from livecl.drawing.assembly import empty_drawing
 from livecl.run.loop import train
 from livecl.run.run import Run
 from livecl.training.adam import Adam

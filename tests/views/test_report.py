@@ -18,7 +18,7 @@ from support import drawings
 from support.results import NASTY, result_of, sample, sample_drawing
 
 from livecl import Rasterizer, read_image
-from livecl.drawing.drawing import empty_drawing
+from livecl.drawing.assembly import empty_drawing
 from livecl.image.background import target_over
 from livecl.image.errors import mse
 from livecl.run.result import Stage

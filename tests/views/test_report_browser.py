@@ -16,7 +16,7 @@ from support import chromium
 from support.results import NASTY, result_of, sample
 
 from livecl import read_image
-from livecl.drawing.drawing import empty_drawing
+from livecl.drawing.assembly import empty_drawing
 from livecl.run.result import Result
 from livecl.views.report.page import write_report
 

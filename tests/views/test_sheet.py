@@ -12,7 +12,7 @@ import pytest
 from support.results import result_of, sample
 
 from livecl import LiveclError, Rasterizer, read_image
-from livecl.drawing.drawing import empty_drawing
+from livecl.drawing.assembly import empty_drawing
 from livecl.views.sheet import (
     CHECKERBOARD,
     count_of,

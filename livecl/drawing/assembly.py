@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Make drawings of others: layers of two put together, on a canvas of another size, and none at all."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from livecl.drawing.drawing import WANTED_DRAWING, Drawing
+from livecl.drawing.fills import MAX_COORDINATE, concatenate_fills
+from livecl.drawing.strokes import concatenate_strokes
+from livecl.errors import check_type
+
+__all__ = ["concatenate", "empty_drawing", "stretched"]
+
+
+def concatenate(below: Drawing, above: Drawing) -> Drawing:
+    """Put the layers of one drawing above those of another.
+
+    Parameters
+    ----------
+    below, above : Drawing
+        On canvases of one size.
+
+    Returns
+    -------
+    Drawing
+        The layers of both, on the canvas and the background of `below`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one is no drawing, or the canvases differ.
+    """
+    for name, drawing in (("below", below), ("above", above)):
+        check_type(name, drawing, Drawing, WANTED_DRAWING)
+    if above.size != below.size:
+        raise ValueError(f"above: a canvas of {above.size} px, wanted that of below, {below.size}")
+    return below.replace(
+        points=np.concatenate([below.points, above.points]),
+        colors=np.concatenate([below.colors, above.colors]),
+        subpath_offsets=np.concatenate([below.subpath_offsets, above.subpath_offsets[1:] + below.num_segments]),
+        layer_offsets=np.concatenate([below.layer_offsets, above.layer_offsets[1:] + below.layer_offsets[-1]]),
+        stages=np.concatenate([below.stages, above.stages]),
+        names=below.names + above.names,
+        fills=concatenate_fills([below.fills, above.fills]),
+        strokes=concatenate_strokes([below.strokes, above.strokes]),
+    )
+
+
+def empty_drawing(size: tuple[int, int], background: ArrayLike | None = (1.0, 1.0, 1.0)) -> Drawing:
+    """Return a drawing without layers."""
+    return Drawing(
+        points=np.zeros((0, 3, 2)),
+        colors=np.zeros((0, 4)),
+        size=size,
+        background=background,
+    )
+
+
+def stretched(drawing: Drawing, factors: ArrayLike, size: tuple[int, int], offset: ArrayLike = (0.0, 0.0)) -> Drawing:
+    """Stretch a drawing: each point (x, y) moves to ``factors * (x, y) + offset``.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Any drawing.
+    factors : (2,) or float array_like
+        Factors of x and y. Strokes, which are as wide in all directions, are scaled by their geometric mean.
+    size : (int, int)
+        Height and width of the new canvas, px.
+    offset : (2,) array_like
+        Place of the old origin on the new canvas, px.
+    """
+    factors = np.broadcast_to(np.asarray(factors, dtype=np.float64), 2)
+    points = np.clip(drawing.points * factors + np.asarray(offset), -MAX_COORDINATE, MAX_COORDINATE)
+    strokes = drawing.strokes
+    if strokes.any:
+        strokes = strokes.with_widths(strokes.widths * np.sqrt(factors.prod()))
+    return drawing.replace(points=points, size=size, fills=drawing.fills.stretched(factors, offset), strokes=strokes)
