@@ -24,7 +24,6 @@ from .run import Step as Step
 from .run import vectorize as vectorize
 from .run import vectorize_sequence as vectorize_sequence
 from .svg import read_svg as read_svg
-from .training import State as State
 from .version import __version__ as __version__
 
 __all__ = [
@@ -43,7 +42,6 @@ __all__ = [
     "Result",
     "RunError",
     "SequenceResult",
-    "State",
     "Step",
     "SvgError",
     "interpolate",

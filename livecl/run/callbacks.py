@@ -47,7 +47,7 @@ class Step:
     @property
     def name(self) -> str:
         """Name of the stage under way: "stage 2/4" or "revision 1"."""
-        scheduled = len(self._run.state.schedule)
+        scheduled = len(self._run.progress.schedule)
         if self.kind == "shade":
             return "gradients"
         if self.kind == "revise":

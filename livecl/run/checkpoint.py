@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from livecl.errors import CheckpointError
 from livecl.files import remove_leftovers
+from livecl.run.progress import Progress
 from livecl.run.record import Record
 from livecl.run.result import Stage
-from livecl.training.archive import UNREADABLE, Arrays, drawing_arrays, drawing_from, read_archive, write_archive
-from livecl.training.state import State
+from livecl.training.archive import UNREADABLE, drawing_arrays, drawing_from, read_archive, write_archive
 from livecl.version import __version__
 
 if TYPE_CHECKING:
@@ -33,23 +33,23 @@ PERIOD, MIN_RATIO = 5.0, 100
 _log = logging.getLogger(__name__)
 
 
-def identity_of(state: State, target: NDArray[Any], seed: int, device: DeviceInfo) -> dict[str, Any]:
-    """Return all that the numbers of a run depend on, from its first state, as JSON can hold it."""
-    start = state.start_drawing
+def identity_of(progress: Progress, target: NDArray[Any], seed: int, device: DeviceInfo) -> dict[str, Any]:
+    """Return all that the numbers of a run depend on, from its beginning, as JSON can hold it."""
+    start, state = progress.start_drawing, progress.state
     return {
         "version": __version__,
         "device": f"{device.name} ({device.platform}, {device.version})",
         "pixels": f"{target.shape[1]}x{target.shape[0]} px, {target.shape[2]} channels",
         "picture": _digest(target),
         "seed": seed,
-        "schedule": list(state.schedule),
+        "schedule": list(progress.schedule),
         "start": None if start is None else _digest(*drawing_arrays("", start).values()),
         "lock": np.flatnonzero(state.locked).tolist(),
         **dataclasses.asdict(state.options),
     }
 
 
-def load_checkpoint(path: str | os.PathLike[str], identity: dict[str, Any]) -> tuple[State, Record]:
+def load_checkpoint(path: str | os.PathLike[str], identity: dict[str, Any]) -> tuple[Progress, Record]:
     """Read a checkpoint of :class:`Checkpoints`, of a run of the same identity.
 
     Raises
@@ -64,9 +64,13 @@ def load_checkpoint(path: str | os.PathLike[str], identity: dict[str, Any]) -> t
             raise ValueError(f"{facts['kind']}, format {facts['format']}, wanted {KIND}, format {FORMAT}")
         known = dict(facts["identity"])
         if known == identity:
-            state = State.of_parts(facts["state"], arrays)
-            stages = [Stage(_stage_drawing(n, arrays, state), **numbers) for n, numbers in enumerate(facts["stages"])]
-            return state, Record(stages, facts["iterations"], facts["seconds"])
+            progress = Progress.of_parts(facts["state"], arrays)
+            size = progress.state.drawing.size
+            stages = [
+                Stage(drawing_from(_prefix(number), arrays, size), **numbers)
+                for number, numbers in enumerate(facts["stages"])
+            ]
+            return progress, Record(stages, facts["iterations"], facts["seconds"])
     except UNREADABLE as error:
         raise CheckpointError(f"{name}: is no checkpoint that can be read: {error}") from error
     raise CheckpointError(f"{name}: is a checkpoint of another run: {_differences(known, identity)}")
@@ -106,12 +110,12 @@ class Checkpoints:
         """Whether it is time to write."""
         return self._path is not None and time.monotonic() >= self._next
 
-    def write(self, state: State, record: Record) -> None:
-        """Replace the file by one of this state."""
+    def write(self, progress: Progress, record: Record) -> None:
+        """Replace the file by one of this progress."""
         if self._path is None:
             return
         begin = time.monotonic()
-        facts, arrays = state.parts()
+        facts, arrays = progress.parts()
         for number, stage in enumerate(record.stages):
             arrays |= drawing_arrays(_prefix(number), stage.drawing)
         whole = {
@@ -145,10 +149,6 @@ def discard_checkpoint(path: str | os.PathLike[str]) -> None:
 
 def _prefix(number: int) -> str:
     return f"stages.{number}."
-
-
-def _stage_drawing(number: int, arrays: Arrays, state: State) -> Any:
-    return drawing_from(_prefix(number), arrays, state.drawing.size)
 
 
 def _differences(known: dict[str, Any], identity: dict[str, Any]) -> str:

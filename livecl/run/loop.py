@@ -79,7 +79,7 @@ class Loop:
     def _train_phase(self) -> None:
         """Do the body of Algorithm 1's outer loop."""
         run, loss = self.run, math.nan
-        if not run.state.placed:
+        if not run.progress.placed:
             with run.all_or_nothing():
                 if not run.begin():  # p, c = init(n, w); P = concat([P; p]); C = concat([C; c])
                     self._note(extends=True)
@@ -104,7 +104,7 @@ class Loop:
         """
         run, finished = self.run, self.record.stages
         run.check = lambda: None
-        if finished and (run.finished or not run.state.placed):
+        if finished and (run.finished or not run.progress.placed):
             self._count()
             return self.record.lengthened()
         stage = self._outcome()
@@ -146,8 +146,8 @@ class Loop:
 
     def _save(self) -> None:
         self._count()
-        if self.record.stages or self.run.state.placed:  # else there is nothing to go on from
-            self._checkpoints.write(self.run.state, self.record)
+        if self.record.stages or self.run.progress.placed:  # else there is nothing to go on from
+            self._checkpoints.write(self.run.progress, self.record)
 
 
 def train(run: Run, on_step: OnStep | None = None) -> list[Stage]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,8 @@ from livecl.layering.fills import shaded
 from livecl.layering.merging import merge_neighbors
 from livecl.layering.placement import place_paths
 from livecl.layering.pruning import least_useful
+from livecl.run.work import Work
 from livecl.training.state import FREE
-
-if TYPE_CHECKING:
-    from livecl.run.run import Run
 
 #: A revision replaces one layer of this many, and is kept if it lowers the error by at least this share.
 REVISED_SHARE, MIN_IMPROVEMENT = 16, 0.002
@@ -39,10 +37,10 @@ class Phase(Protocol):
 
     kind: ClassVar[Kind]
 
-    def begin(self, run: Run) -> bool:
+    def begin(self, run: Work) -> bool:
         """Change the layers; return whether there is anything to train: False leaves the phase out."""
 
-    def end(self, run: Run) -> bool:
+    def end(self, run: Work) -> bool:
         """Return whether the trained drawing is kept; if not, the drawing before is restored."""
 
 
@@ -52,12 +50,12 @@ class Refine:
 
     kind: ClassVar[Kind] = "refine"
 
-    def begin(self, run: Run) -> bool:
+    def begin(self, run: Work) -> bool:
         """Remember the drawing as fallback."""
-        run.state.fallback = run.state.fall_back()
+        run.remember()
         return True
 
-    def end(self, run: Run) -> bool:
+    def end(self, run: Work) -> bool:
         """Keep the better drawing."""
         return run.keep_if_better()
 
@@ -75,19 +73,19 @@ class Grow:
     count: int
     kind: ClassVar[Kind] = "grow"
 
-    def begin(self, run: Run) -> bool:
+    def begin(self, run: Work) -> bool:
         """Place the paths; where none is worth placing, no later one is either: the other stages are left out too."""
-        state = run.state
+        state, start = run.state, run.progress.start_drawing
         if state.stage and state.options.variant == "released":
             state.kept_weight = run.objective.released_weight(state, state.stage - 1)
-        start_stage = 0 if state.start_drawing is None else int(state.start_drawing.stages.max(initial=0))
+        start_stage = 0 if start is None else int(start.stages.max(initial=0))
         if not place(run, self.count, state.stage + start_stage):
             run.end_growth()
             return False
-        state.asked += self.count
+        run.progress.asked += self.count
         return True
 
-    def end(self, run: Run) -> bool:
+    def end(self, run: Work) -> bool:
         """Keep the new paths: their worth is judged at the end of the run."""
         return True
 
@@ -105,18 +103,18 @@ class Shade:
     kinds: tuple[str, ...]
     kind: ClassVar[Kind] = "shade"
 
-    def begin(self, run: Run) -> bool:
+    def begin(self, run: Work) -> bool:
         """Start gradients from least squares; False where no layer has one."""
         state = run.state
         drawing = shaded(run, state.drawing, self.kinds, state.free)
         if not np.any(drawing.fills.kinds != state.drawing.fills.kinds):
             state.stage += 1
             return False
-        state.fallback = state.fall_back()
+        run.remember()
         state.replace_fills(drawing)
         return True
 
-    def end(self, run: Run) -> bool:
+    def end(self, run: Work) -> bool:
         """Keep the better drawing."""
         return run.keep_if_better()
 
@@ -134,34 +132,34 @@ class Revise:
     number: int
     kind: ClassVar[Kind] = "revise"
 
-    def begin(self, run: Run) -> bool:
+    def begin(self, run: Work) -> bool:
         """Take layers out, and place as many as are missing."""
         state = run.state
-        state.fallback = state.fall_back()
-        if state.options.merge and state.failures % 2 == 0 and not state.drawing.fills.any_gradients:
+        run.remember()
+        if state.options.merge and run.progress.failures % 2 == 0 and not state.drawing.fills.any_gradients:
             merged = merge_neighbors(run, state.drawing, state.free, MERGING_LOSS)
             if merged.drawing.num_layers < state.drawing.num_layers:
                 state.replace_layers(merged.drawing, merged.sources)
         state.keep_layers(np.setdiff1d(np.arange(state.drawing.num_layers), self._replaced(run)))
-        missing = state.asked - int(np.sum(state.holds == FREE))
+        missing = run.progress.asked - int(np.sum(state.holds == FREE))
         if missing:
             place(run, missing, int(state.drawing.stages.max(initial=0)))
         return True
 
-    def end(self, run: Run) -> bool:
+    def end(self, run: Work) -> bool:
         """Keep a drawing that is better by enough; count failures."""
         kept = run.keep_if_better(MIN_IMPROVEMENT)
-        run.state.failures = 0 if kept else run.state.failures + 1
+        run.progress.failures = 0 if kept else run.progress.failures + 1
         return kept
 
     @staticmethod
-    def _replaced(run: Run) -> NDArray[np.intp]:
+    def _replaced(run: Work) -> NDArray[np.intp]:
         """Return the layers to replace: the least useful, after failures the next ones in that order."""
         state = run.state
         order = least_useful(run, state.drawing)
         order = order[state.free[order]]
         count = min(len(order), max(1, state.drawing.num_layers // REVISED_SHARE))
-        start = state.failures * count % max(1, len(order) - count + 1)
+        start = run.progress.failures * count % max(1, len(order) - count + 1)
         return order[start : start + count]
 
 
@@ -173,7 +171,7 @@ def plan_of(schedule: Sequence[int], revisions: int, fills: str = "solid") -> tu
     return (*stages, *(Revise(number) for number in range(revisions)))
 
 
-def place(run: Run, count: int, stage: int) -> int:
+def place(run: Work, count: int, stage: int) -> int:
     """Add up to `count` layers, labelled with a stage, and return how many were worth it."""
     state = run.state
     context: Context = run

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Run`: a vectorization under way, with all that its phases work on."""
+"""`Run`: a vectorization under way, phase after phase."""
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,32 +11,18 @@ from numpy.typing import NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.geometry.outlines import circle
-from livecl.image.background import TRAIN, WHITE, target_over
-from livecl.layering.context import Context
 from livecl.layering.merging import merge_neighbors
 from livecl.layering.pruning import needed_layers
-from livecl.rendering.rasterizer import Rasterizer
 from livecl.run.phases import MAX_FAILURES, Grow, Phase, plan_of
+from livecl.run.progress import Progress
+from livecl.run.work import Work
 from livecl.svg import quantize
 from livecl.training import step as training
-from livecl.training.objective import Objective
-from livecl.training.state import FREE, State
+from livecl.training.state import FREE
 
 
-class Run(Context):
-    """A vectorization under way: the target, the device's rasterizer, and the state that says where it stands.
-
-    Parameters
-    ----------
-    image : (H, W, 3) or (H, W, 4) array
-        Straight colours in [0, 1]; alpha is laid over the drawing's background, and is a part of the target where the
-        drawing has none.
-    state : State
-        Where to go on; :meth:`State.start` for a new run.
-    device : int, str or None
-        OpenCL device.
-    check : callable
-        Called several times a second in placement and merging, and after each step; raises to interrupt the run.
+class Run(Work):
+    """A vectorization under way; parameters as for :class:`livecl.run.work.Work`.
 
     Attributes
     ----------
@@ -48,19 +33,12 @@ class Run(Context):
     def __init__(
         self,
         image: NDArray[np.floating],
-        state: State,
+        progress: Progress,
         device: int | str | None = None,
         check: Callable[[], None] = lambda: None,
     ) -> None:
-        if state.drawing.size != image.shape[:2]:
-            raise ValueError(f"image: {image.shape[:2]} pixels, wanted the drawing's {state.drawing.size}")
-        self.state = state
-        self.plan = plan_of(state.schedule, state.options.revisions, state.options.fills)
-        trained = state.options.background == TRAIN
-        straight = np.asarray(image, dtype=np.float32)
-        target = target_over(straight, WHITE if trained else state.drawing.background)
-        super().__init__(Rasterizer(state.drawing.size, device), target, state.options, check)
-        self.objective = Objective(self.rasterizer, self.target)
+        super().__init__(image, progress, device, check)
+        self.plan = plan_of(progress.schedule, self.options.revisions, self.options.fills)
 
     def warm_up(self) -> None:
         """Compile the kernels of a step: runtimes compile a kernel when it is first launched."""
@@ -76,31 +54,15 @@ class Run(Context):
         return self.plan[self.state.stage] if self.state.stage < len(self.plan) else None
 
     @property
-    def revising(self) -> bool:
-        """Whether all stages of the schedule are behind the run."""
-        return self.state.stage >= len(self.state.schedule)
-
-    @property
     def finished(self) -> bool:
         """Whether no phase is left, or revisions have failed too often or have no layer to replace."""
-        state = self.state
-        spent = self.revising and (state.failures >= MAX_FAILURES or not state.free.any())
+        spent = self.revising and (self.progress.failures >= MAX_FAILURES or not self.state.free.any())
         return self.phase is None or spent
 
     @property
     def trained(self) -> bool:
         """Whether the phase under way has done all its iterations."""
         return self.state.iteration >= self.state.options.iterations
-
-    @contextlib.contextmanager
-    def all_or_nothing(self) -> Iterator[None]:
-        """Context manager: restore the state if the block is left by an exception."""
-        before = self.state.copy()
-        try:
-            yield
-        except BaseException:
-            self.state = before
-            raise
 
     def begin(self) -> bool:
         """Begin the next phase; return False where it is left out, since no path is worth placing."""
@@ -109,7 +71,7 @@ class Run(Context):
         if not self.phase.begin(self):
             return False
         self.state.pieces = self.rasterizer.pieces(self.state.drawing)
-        self.state.placed = True
+        self.progress.placed = True
         return True
 
     def step(self) -> float:
@@ -135,34 +97,17 @@ class Run(Context):
 
     def end(self) -> bool:
         """End the phase under way and go on to the next; return whether its drawing is kept."""
-        phase, state, options = self.phase, self.state, self.state.options
+        phase, progress, state, options = self.phase, self.progress, self.state, self.state.options
         if phase is None:
             raise ValueError("end: the run is finished")
         kept = phase.end(self)
-        state.stage, state.iteration, state.placed = state.stage + 1, 0, False
+        state.stage, state.iteration, progress.placed = state.stage + 1, 0, False
         if options.target_mse > 0 or options.path_gain > 0:
-            before, state.error = state.error, self.visible_mse(state.drawing)
-            if state.error <= options.target_mse:
+            before, progress.error = progress.error, self.visible_mse(state.drawing)
+            if progress.error <= options.target_mse:
                 state.stage = len(self.plan)
-            elif isinstance(phase, Grow) and before - state.error < options.path_gain * phase.count:
+            elif isinstance(phase, Grow) and before - progress.error < options.path_gain * phase.count:
                 self.end_growth()
-        return kept
-
-    def end_growth(self) -> None:
-        """Leave out the stages of the schedule that are left: only revisions are."""
-        self.state.stage = max(self.state.stage, len(self.state.schedule))
-
-    def keep_if_better(self, improvement: float = 0.0) -> bool:
-        """Return whether the drawing's error is lower, by a share, than that of the fallback, which it else becomes."""
-        state = self.state
-        fallback = state.fallback
-        if fallback is None:
-            raise ValueError("the phase has no drawing to fall back to")
-        kept = self.visible_mse(state.drawing) < self.visible_mse(fallback.drawing) * (1 - improvement)
-        if not kept:
-            state.restore(fallback)
-            state.pieces = self.rasterizer.pieces(state.drawing)
-        state.fallback = None
         return kept
 
     def outcome(self) -> Drawing:
@@ -171,18 +116,18 @@ class Run(Context):
         When the run is finished, neighbours are merged. In the middle of a revision that has not paid yet it is the
         drawing before; of a run that started from a drawing it is that one where nothing better was found.
         """
-        state = self.state
+        state, start, fallback = self.state, self.progress.start_drawing, self.progress.fallback
         best, free = state.drawing, state.free
-        if state.fallback is not None and self.visible_mse(state.fallback.drawing) < self.visible_mse(state.drawing):
-            best, free = state.fallback.drawing, state.fallback.holds == FREE
+        if fallback is not None and self.visible_mse(fallback.drawing) < self.visible_mse(state.drawing):
+            best, free = fallback.drawing, fallback.holds == FREE
         least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
         best = quantize(best)
         if self.finished and state.options.merge and not best.fills.any_gradients:
             merged = merge_neighbors(self, best, free, least)
             best, free = quantize(merged.drawing), (merged.sources < 0) | free[merged.sources]
         drawing = needed_layers(self, best, least, free)
-        if state.start_drawing is not None:
-            start = quantize(state.start_drawing)
+        if start is not None:
+            start = quantize(start)
             if self.visible_mse(start) < self.visible_mse(drawing):
                 return start
         return drawing

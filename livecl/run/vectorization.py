@@ -21,11 +21,11 @@ from livecl.run.callbacks import OnStep
 from livecl.run.checkpoint import Checkpoints, identity_of, load_checkpoint
 from livecl.run.control import Control, Watch
 from livecl.run.loop import Loop
+from livecl.run.progress import Progress
 from livecl.run.record import Record
 from livecl.run.result import Result, RunError, Stage
 from livecl.run.run import Run
 from livecl.schedule import MAX_AUTO_PATHS, MAX_DEFAULT_PATHS, growing_schedule, parse_schedule
-from livecl.training.state import State
 
 #: Colours of a flat picture are read off it: they are hardly trained.
 STRUCTURE_COLOR_RATE = 2e-4
@@ -69,13 +69,13 @@ def vectorize_pixels(
     begin = time.perf_counter()
     control = Control() if control is None else control
     watch = Watch(control)  # its clock starts
-    state = _first_state(image, paths, schedule, options, seed, start, lock)
-    run = Run(image, state, device, watch.check)
+    progress = _first(image, paths, schedule, options, seed, start, lock)
+    run = Run(image, progress, device, watch.check)
     info = run.rasterizer.device.info
-    identity = identity_of(state, run.target, seed, info)
+    identity = identity_of(progress, run.target, seed, info)
     record = Record()
     if control.resume and control.checkpoint is not None and Path(control.checkpoint).exists():
-        run.state, record = load_checkpoint(control.checkpoint, identity)
+        run.progress, record = load_checkpoint(control.checkpoint, identity)
     if not run.finished:
         run.warm_up()
     compiled = time.perf_counter()
@@ -102,7 +102,7 @@ def vectorize_pixels(
         raise RunError(message, result_of(stages, message) if stages else None) from error
 
 
-def _first_state(
+def _first(
     image: NDArray[np.float32],
     paths: int | Literal["auto"] | None,
     schedule: str | Sequence[int] | None,
@@ -110,15 +110,15 @@ def _first_state(
     seed: int,
     start: Drawing | None,
     lock: Sequence[int],
-) -> State:
-    """Return the state before the first stage."""
+) -> Progress:
+    """Return the progress before the first stage."""
     size = image.shape[0], image.shape[1]
     if start is None:
         if len(lock):
             raise ValueError("lock: names layers of a drawing; give the drawing as start")
         drawing = empty_drawing(size, background_for(options.background, image))
         options = placed_by(options, image, drawing, sum(_stages(paths, schedule, options)))
-        return State.start(drawing, options, _stages(paths, schedule, options), seed)
+        return Progress.start(drawing, options, _stages(paths, schedule, options), seed)
     if start.size != size:
         raise ValueError(f"start: a canvas of {start.size} px, wanted the picture's {size}")
     if options.variant == "released":
@@ -132,7 +132,7 @@ def _first_state(
     except (IndexError, TypeError, ValueError):
         raise ValueError(f"lock: got {lock!r}, wanted numbers of the {start.num_layers} layers, from 0 on") from None
     options = dataclasses.replace(options, placement="region") if options.placement == "structure" else options
-    return State.start(drawing, options, (0, *stages) if refines else stages, seed, locked)
+    return Progress.start(drawing, options, (0, *stages) if refines else stages, seed, locked)
 
 
 def _stages(

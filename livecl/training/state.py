@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`State`: everything that a run needs to go on, in one object that can be saved."""
+"""`State`: what a step of training moves, and what it depends on."""
 
 from __future__ import annotations
 
 import copy
 import dataclasses
-import os
 from typing import Any
 
 import numpy as np
@@ -13,11 +12,9 @@ from numpy.typing import NDArray
 
 from livecl.drawing.assembly import concatenate
 from livecl.drawing.drawing import Drawing
-from livecl.errors import LiveclError
 from livecl.options import Options
 from livecl.training.adam import Adam
 from livecl.training.archive import (
-    UNREADABLE,
     Arrays,
     adam_arrays,
     adam_from,
@@ -25,8 +22,6 @@ from livecl.training.archive import (
     drawing_from,
     fill_arrays,
     fills_from,
-    read_archive,
-    write_archive,
 )
 from livecl.training.fills import FillMoments
 
@@ -49,7 +44,7 @@ class Fallback:
 
 @dataclasses.dataclass
 class State:
-    """A run between two iterations.
+    """A drawing in training, between two iterations.
 
     Attributes
     ----------
@@ -57,8 +52,6 @@ class State:
         Layers so far, as trained: neither rounded nor snapped to 8 bits.
     options : Options
         Parameters of the method.
-    schedule : tuple of int
-        Paths that each stage adds; 0 for a refinement. Revisions follow.
     stage, iteration : int
         The stage or revision that is under way, and its steps so far.
     points, colors, background : Adam
@@ -71,28 +64,15 @@ class State:
         Source of whatever is random.
     holds : (N,) int8
         FREE, KEPT (is not dropped, merged or replaced) or LOCKED (stays as it is), for each layer.
-    start_drawing : Drawing or None
-        Drawing to start from, if any.
     kept_weight : (H, W) float or None
         Distance weight that earlier stages left (the released program's loss); or 0 where layers will show that a later
         stage places (placement by structure): what is there now does not follow the picture there.
     hidden : (M, 3) bool or None
         Control points that no pixel decides on, which stay where they are (placement by structure).
-    asked : int
-        Paths that the stages begun so far were to add: revisions keep their number.
-    error : float
-        Visible mean squared error after the last stage, where `Options.target_mse` or `Options.path_gain` need it.
-    placed : bool
-        Whether the paths of the stage are placed: it has begun.
-    failures : int
-        Revisions in a row that did not lower the error.
-    fallback : Fallback or None
-        State to return to if the refinement or revision under way does not lower the error.
     """
 
     drawing: Drawing
     options: Options
-    schedule: tuple[int, ...]
     stage: int
     iteration: int
     points: Adam
@@ -102,29 +82,15 @@ class State:
     pieces: NDArray[np.int32]
     rng: np.random.Generator
     holds: NDArray[np.int8]
-    start_drawing: Drawing | None = None
     kept_weight: NDArray[Any] | None = None
-    asked: int = 0
     hidden: NDArray[np.bool_] | None = None
-    error: float = float("inf")
-    placed: bool = False
-    failures: int = 0
-    fallback: Fallback | None = None
 
     @classmethod
-    def start(
-        cls,
-        drawing: Drawing,
-        options: Options,
-        schedule: tuple[int, ...],
-        seed: int,
-        locked: NDArray[np.bool_] | None = None,
-    ) -> State:
+    def start(cls, drawing: Drawing, options: Options, seed: int, locked: NDArray[np.bool_] | None = None) -> State:
         """Return the state before the first stage, from a drawing whose layers are kept, some of them, (N,), locked."""
         return cls(
             drawing=drawing,
             options=options,
-            schedule=schedule,
             stage=0,
             iteration=0,
             points=Adam.start(drawing.points.shape),
@@ -136,7 +102,6 @@ class State:
             holds=np.where(np.zeros(drawing.num_layers, bool) if locked is None else locked, LOCKED, KEPT).astype(
                 np.int8
             ),
-            start_drawing=drawing if drawing.num_layers else None,
         )
 
     @property
@@ -218,24 +183,6 @@ class State:
             rng=copy.deepcopy(self.rng),
         )
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the state to a file, replacing an existing one atomically."""
-        write_archive(path, *self.parts())
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> State:
-        """Read a state that :meth:`save` wrote.
-
-        Raises
-        ------
-        LiveclError
-            If the file is not one.
-        """
-        try:
-            return cls.of_parts(*read_archive(path))
-        except UNREADABLE as error:
-            raise LiveclError(f"{os.fspath(path)!r} is not a saved state of livecl: {error}") from error
-
     def parts(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return all that makes the state as facts, which JSON can hold, and arrays by name."""
         arrays: dict[str, Any] = {"pieces": self.pieces, "holds": self.holds, **drawing_arrays("", self.drawing)}
@@ -246,24 +193,12 @@ class State:
             arrays["kept_weight"] = self.kept_weight
         if self.hidden is not None:
             arrays["hidden"] = self.hidden
-        if self.start_drawing is not None:
-            arrays |= drawing_arrays("start.", self.start_drawing)
-        if self.fallback is not None:
-            arrays |= drawing_arrays("fallback.", self.fallback.drawing) | {"fallback.holds": self.fallback.holds}
-            arrays |= adam_arrays("fallback.points", self.fallback.points)
-            arrays |= adam_arrays("fallback.colors", self.fallback.colors)
-            arrays |= fill_arrays("fallback.", self.fallback.drawing, self.fallback.fills)
         facts = {
             "format": _FORMAT,
             "size": self.drawing.size,
             "options": dataclasses.asdict(self.options),
-            "schedule": self.schedule,
             "stage": self.stage,
             "iteration": self.iteration,
-            "asked": self.asked,
-            "error": self.error,
-            "placed": self.placed,
-            "failures": self.failures,
             "rng": self.rng.bit_generator.state,
         }
         return facts, arrays
@@ -275,22 +210,11 @@ class State:
             raise ValueError(f"format {facts['format']}, wanted {_FORMAT}")
         rng = np.random.default_rng()
         rng.bit_generator.state = facts["rng"]
-        fallback = None
-        if "fallback.points" in arrays:
-            earlier = drawing_from("fallback.", arrays, facts["size"])
-            fallback = Fallback(
-                earlier,
-                adam_from("fallback.points", arrays),
-                adam_from("fallback.colors", arrays),
-                fills_from("fallback.", arrays, earlier),
-                arrays["fallback.holds"],
-            )
         drawing = drawing_from("", arrays, facts["size"])
         return cls(
             drawing=drawing,
             fills=fills_from("", arrays, drawing),
             options=Options(**facts["options"]),
-            schedule=tuple(facts["schedule"]),
             stage=facts["stage"],
             iteration=facts["iteration"],
             points=adam_from("points", arrays),
@@ -299,12 +223,6 @@ class State:
             pieces=arrays["pieces"],
             rng=rng,
             holds=arrays["holds"],
-            start_drawing=drawing_from("start.", arrays, facts["size"]) if "start.points" in arrays else None,
             kept_weight=arrays.get("kept_weight"),
-            asked=facts["asked"],
             hidden=arrays.get("hidden"),
-            error=facts["error"],
-            placed=facts["placed"],
-            failures=facts["failures"],
-            fallback=fallback,
         )

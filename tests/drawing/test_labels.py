@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import drawings, shapes
+from support.states import load, save
 
 from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.drawing.checks import MAX_NAME, clean_name
@@ -16,7 +17,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.drawing.labels import layer_centers
 from livecl.geometry import bezier
 from livecl.options import Options
-from livecl.training.state import State
+from livecl.run.progress import Progress
 
 ORANGE, WHITE, NAVY = (1.0, 0.5, 0.0, 1.0), (1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 128 / 255, 1.0)
 
@@ -128,10 +129,10 @@ def test_names_are_carried() -> None:
     assert drawing.moved(drawing.points + 1, drawing.colors, None).names == ("a", "b", "c")
 
 
-def test_names_survive_a_saved_state(tmp_path: Path) -> None:
+def test_names_survive_a_checkpoint(tmp_path: Path) -> None:
     for drawing in (three_layers().replace(names=["a", "", "目 <b>"]), empty_drawing((3, 3))):
-        State.start(drawing, Options(), (1,), 0).save(tmp_path / "run.state")
-        assert State.load(tmp_path / "run.state").drawing.names == drawing.names
+        save(Progress.start(drawing, Options(), (1,), 0), tmp_path / "run")
+        assert load(tmp_path / "run").state.drawing.names == drawing.names
 
 
 @pytest.mark.parametrize(

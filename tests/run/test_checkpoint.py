@@ -185,12 +185,12 @@ def test_what_is_no_checkpoint_is_refused_and_stays(device: int, tmp_path: Path)
     path = tmp_path / "checkpoint"
     arguments = stopped_run(path, device)
     data = path.read_bytes()
-    livecl.State.start(START, Options(), (1,), 0).save(tmp_path / "state")
     facts, arrays = read_archive(path)
+    write_archive(tmp_path / "other", {"format": 1}, arrays)
     write_archive(tmp_path / "later", {**facts, "format": 99}, arrays)
     write_archive(tmp_path / "lacking", {**facts, "state": {}}, arrays)
     cut = [data[:length] for length in (0, 1, 100, len(data) // 2, len(data) - 1)]
-    others = [b"text", bytes(1000), *((tmp_path / name).read_bytes() for name in ("state", "later", "lacking"))]
+    others = [b"text", bytes(1000), *((tmp_path / name).read_bytes() for name in ("other", "later", "lacking"))]
     for content in (*cut, *others):
         path.write_bytes(content)
         with pytest.raises(CheckpointError) as caught:

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from support.runs import SMALL, new_run, three_shapes
 from support.shapes import build, circle, rectangle
 
-from livecl import Options, Rasterizer, State, Step, vectorize
+from livecl import Options, Rasterizer, Step, vectorize
 from livecl.drawing.assembly import empty_drawing
 from livecl.image.reading import premultiplied
 from livecl.layering.pruning import least_useful
 from livecl.run.loop import train
 from livecl.run.phases import MAX_FAILURES, MIN_IMPROVEMENT, Grow, Refine, Revise, Shade, plan_of
+from livecl.run.progress import Progress
 from livecl.run.run import Run
 from livecl.svg import format_svg, quantize
 from livecl.training.state import FREE, KEPT, LOCKED
@@ -32,12 +33,13 @@ def started(holds: list[int], device: int, **changes: Any) -> Run:
     colors = [(0.9, 0.2, 0.1, 1), (0.1, 0.3, 0.8, 1), (0.2, 0.7, 0.3, 1), (0.95, 0.95, 0.95, 1)]
     drawing = build([([shape], color) for shape, color in zip(shapes, colors, strict=True)], (24, 24))
     drawing = drawing.replace(stages=[0, 1, 1, 1])
-    state = State.start(
+    progress = Progress.start(
         empty_drawing((24, 24)), Options(placement="region", iterations=1, prune=0.0, **changes), (1, 3), 0
     )
+    state = progress.state
     state.add(drawing, np.arange(4))
-    state.holds, state.stage, state.asked = np.array(holds, np.int8), 2, holds.count(FREE)
-    run = Run(SMALL, state, device)
+    state.holds, state.stage, progress.asked = np.array(holds, np.int8), 2, holds.count(FREE)
+    run = Run(SMALL, progress, device)
     state.pieces = run.rasterizer.pieces(drawing)
     return run
 
@@ -84,17 +86,17 @@ def test_growth_ends_where_paths_gain_too_little_and_all_where_the_error_is_low(
         stages.append(run.state.stage)
     assert stages == reached
     assert run.finished == (reached[-1] == 6)
-    assert run.state.schedule == (1, 2, 3, 1), "an input"
-    assert run.state.asked == sum((1, 2, 3, 1)[: len(errors)])
+    assert run.progress.schedule == (1, 2, 3, 1), "an input"
+    assert run.progress.asked == sum((1, 2, 3, 1)[: len(errors)])
 
 
 def test_a_refinement_does_not_end_growth(device: int, monkeypatch: pytest.MonkeyPatch) -> None:
     start = vectorize(SMALL, 1, options=Options(placement="region", iterations=1, revisions=0), device=device).drawing
     options = Options(placement="region", iterations=1, path_gain=0.5, revisions=1)
-    run = Run(SMALL, State.start(start, options, (0, 2), 0), device)
+    run = Run(SMALL, Progress.start(start, options, (0, 2), 0), device)
     scripted(run, [0.3, 0.2, 0.3], monkeypatch)
     assert not end_of_phase(run), "it was worse than before"
-    assert run.state.drawing is start and run.state.stage == 1 and run.state.failures == 0
+    assert run.state.drawing is start and run.state.stage == 1 and run.progress.failures == 0
 
 
 @pytest.mark.parametrize("place", [0, 1])
@@ -119,15 +121,15 @@ def test_a_revision_is_kept_if_it_lowers_the_error_by_enough(
     after: float, kept: bool, device: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = started([FREE] * 4, device)
-    before, run.state.failures = run.state.drawing, 1
+    before, run.progress.failures = run.state.drawing, 1
     assert run.begin()
-    assert run.state.fallback is not None and run.state.fallback.drawing is before
+    assert run.progress.fallback is not None and run.progress.fallback.drawing is before
     revised = run.state.drawing
     scripted(run, [0.1 * after, 0.1], monkeypatch)
     assert run.end() == kept
-    assert run.state.failures == (0 if kept else 2)
+    assert run.progress.failures == (0 if kept else 2)
     assert run.state.drawing is (revised if kept else before)
-    assert run.state.fallback is None and run.state.stage == 3 and not run.state.placed
+    assert run.progress.fallback is None and run.state.stage == 3 and not run.progress.placed
     assert len(run.state.pieces) == run.state.drawing.num_segments == len(run.state.points.mean)
     if not kept:
         assert np.array_equal(run.state.pieces, run.rasterizer.pieces(before)), "those of the drawing before"
@@ -137,13 +139,13 @@ def test_revisions_end_when_they_fail_too_often_or_have_nothing_to_replace(devic
     run = started([FREE, KEPT, KEPT, KEPT], device)
     assert not run.finished
     for failures in range(MAX_FAILURES):
-        run.state.failures = failures
+        run.progress.failures = failures
         assert not run.finished
-    run.state.failures = MAX_FAILURES
+    run.progress.failures = MAX_FAILURES
     assert run.finished
     assert started([KEPT, LOCKED, KEPT, KEPT], device).finished
     growing = new_run(QUICK, (1,), device)
-    growing.state.failures = MAX_FAILURES
+    growing.progress.failures = MAX_FAILURES
     assert not growing.finished, "there is no layer yet, nor any revision"
 
 
@@ -153,7 +155,7 @@ def test_a_revision_replaces_the_least_useful_layer_and_after_failures_the_next(
     before = run.state.drawing
     order = least_useful(run, before)
     assert order[0] == 3, "a dot of nearly the background's colour"
-    run.state.failures = failures
+    run.progress.failures = failures
     assert run.begin()
     drawing = run.state.drawing
     kept = [k for k in range(4) if any(np.array_equal(before.colors[k], color) for color in drawing.colors)]
@@ -186,7 +188,7 @@ def test_revisions_merge_every_other_time_that_they_fail(
 
     monkeypatch.setattr("livecl.run.phases.merge_neighbors", merge)
     run = started([KEPT, FREE, FREE, FREE], device)
-    run.state.failures = failures
+    run.progress.failures = failures
     if merges:
         with pytest.raises(InterruptedError):
             run.begin()
@@ -203,7 +205,7 @@ def test_new_layers_are_labelled_with_their_stage(device: int) -> None:
     ).drawing.replace(stages=[4])
     run = Run(
         SMALL,
-        State.start(start, Options(placement="region", iterations=1, revisions=1, prune=0.0), (0, 1, 1), 0),
+        Progress.start(start, Options(placement="region", iterations=1, revisions=1, prune=0.0), (0, 1, 1), 0),
         device,
     )
     for _ in range(3):
@@ -278,12 +280,12 @@ def test_decisions_compare_the_visible_error(device: int) -> None:
     assert run.mse(run.state.drawing) != pytest.approx(run.visible_mse(run.state.drawing), rel=0.05)
     run.state.options = Options(placement="region", iterations=5, revisions=0, target_mse=between)
     run.end()
-    assert run.state.error == run.visible_mse(run.state.drawing)
+    assert run.progress.error == run.visible_mse(run.state.drawing)
 
 
 def test_the_outcome_is_never_worse_than_the_drawing_to_start_from(device: int) -> None:
     start = vectorize(SMALL, 2, options=Options(placement="region", iterations=9, revisions=0), device=device).drawing
-    run = Run(SMALL, State.start(start, QUICK, (0,), 0), device)
+    run = Run(SMALL, Progress.start(start, QUICK, (0,), 0), device)
     run.state.drawing = start.moved(start.points + 3, start.colors, start.background)
     assert format_svg(run.outcome()) == format_svg(start)
 

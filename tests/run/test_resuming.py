@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.states import SCHEDULE, assert_equal, disc_and_ring, start
+from support.states import SCHEDULE, assert_equal, disc_and_ring, load, save, start
 
-from livecl import Options, State
+from livecl import Options
 from livecl.run.callbacks import Step
 from livecl.run.loop import train
 from livecl.run.run import Run
@@ -24,7 +24,7 @@ def _copies_during(run_: Run, folder: Path, wanted: Callable[[Step], bool]) -> l
     def on_step(step: Step) -> None:
         if wanted(step):
             saved.append(folder / f"{step.stage}-{step.iteration}.state")
-            run_.state.save(saved[-1])
+            save(run_.progress, saved[-1])
 
     train(run_, on_step)
     return saved
@@ -54,10 +54,10 @@ def test_a_resumed_run_ends_as_if_it_had_not_stopped(name: str, device: int, tmp
     assert len(saved) >= 4
     expected = format_svg(whole.state.drawing).encode()
     for path in saved:
-        resumed = Run(picture, State.load(path), device)
+        resumed = Run(picture, load(path), device)
         train(resumed)
         assert format_svg(resumed.state.drawing).encode() == expected, f"resumed from {path.name}"
-        assert_equal(resumed.state, whole.state)
+        assert_equal(resumed.progress, whole.progress)
 
 
 @pytest.mark.parametrize("name", ["default", "released"])
@@ -67,31 +67,31 @@ def test_a_run_resumed_between_stages(name: str, device: int, tmp_path: Path) ->
     paths = []
     while not whole.finished:
         paths.append(tmp_path / f"{whole.state.stage}.state")
-        whole.state.save(paths[-1])
+        save(whole.progress, paths[-1])
         whole.begin()
         for _ in range(options.iterations):
             whole.step()
         whole.end()
     assert len(paths) == len(SCHEDULE) + options.revisions
     for path in paths:
-        resumed = Run(picture, State.load(path), device)
+        resumed = Run(picture, load(path), device)
         train(resumed)
-        assert_equal(resumed.state, whole.state)
+        assert_equal(resumed.progress, whole.progress)
 
 
 def test_stopping_at_every_step_changes_nothing(device: int, tmp_path: Path) -> None:
     options, picture = Options(iterations=6, revisions=1), disc_and_ring()
     whole = Run(picture, start(options), device)
     train(whole)
-    state = start(options)
+    progress = start(options)
     for _ in range(100):
-        run_ = Run(picture, state, device)
+        run_ = Run(picture, progress, device)
         train(run_, lambda step: True)
-        state.save(tmp_path / "state")
-        state = State.load(tmp_path / "state")
+        save(progress, tmp_path / "state")
+        progress = load(tmp_path / "state")
         if run_.finished:
             break
-    assert_equal(state, whole.state)
+    assert_equal(progress, whole.progress)
 
 
 def test_the_outcome_of_a_resumed_run_goes_on_from_the_stage(device: int, tmp_path: Path) -> None:
@@ -99,6 +99,6 @@ def test_the_outcome_of_a_resumed_run_goes_on_from_the_stage(device: int, tmp_pa
     first = Run(picture, start(options), device)
     (outcome,) = train(first, lambda step: step.iteration == 7)
     assert (outcome.iterations, outcome.paths) == (7, 1)
-    first.state.save(tmp_path / "state")
-    outcomes = train(Run(picture, State.load(tmp_path / "state"), device))
+    save(first.progress, tmp_path / "state")
+    outcomes = train(Run(picture, load(tmp_path / "state"), device))
     assert [(stage.iterations, stage.paths) for stage in outcomes] == [(5, 1), (12, 3)]

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.states import load, save
 
 import livecl
-from livecl import Drawing, Options, State, vectorize
+from livecl import Drawing, Options, vectorize
 from livecl.image.errors import mse
 from livecl.run.callbacks import Step
 from livecl.run.loop import train
+from livecl.run.progress import Progress
 from livecl.run.run import Run
 from livecl.svg import quantize
 
@@ -100,20 +102,20 @@ def test_free_layers_change_where_others_are_locked(drawing: Drawing, device: in
 def test_a_run_from_a_drawing_is_saved_and_goes_on_equal(drawing: Drawing, tmp_path: Path, device: int) -> None:
     target, options = _shapes(1.0), Options(iterations=12, revisions=1)
 
-    def state() -> State:
-        return State.start(drawing, options, (0, 1), 0, np.array([True, False, False]))
+    def beginning() -> Progress:
+        return Progress.start(drawing, options, (0, 1), 0, np.array([True, False, False]))
 
-    whole = Run(target, state(), device)
+    whole = Run(target, beginning(), device)
     expected = train(whole)[-1].drawing
     for stop in ((0, 6), (1, 6), (2, 6)):
-        first = Run(target, state(), device)
+        first = Run(target, beginning(), device)
 
         def stopping(step: Step, stop: tuple[int, int] = stop) -> bool:
             return (step.stage, step.iteration) == stop
 
         train(first, stopping)
-        first.state.save(tmp_path / "state")
-        second = Run(target, State.load(tmp_path / "state"), device)
+        save(first.progress, tmp_path / "state")
+        second = Run(target, load(tmp_path / "state"), device)
         assert train(second)[-1].drawing._repr_svg_() == expected._repr_svg_()
 
 

@@ -14,8 +14,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import livecl
-from livecl import Drawing, Options, Rasterizer, State
+from livecl import Drawing, Options, Rasterizer
 from livecl.drawing.assembly import empty_drawing
+from livecl.run.progress import Progress
 from livecl.run.run import Run
 from support.runs import SMALL, three_shapes
 
@@ -32,7 +33,7 @@ def steps() -> Callable[[], object]:
     """Return an iteration of a run: distance weight, Xing loss, loops cut out; 48x48 px, four paths."""
     target = three_shapes(48)
     options = Options(iterations=10**9, loss="udf", xing_weight=0.01)
-    run_ = Run(target, State.start(empty_drawing((48, 48), (1, 1, 1)), options, (4,), 0))
+    run_ = Run(target, Progress.start(empty_drawing((48, 48), (1, 1, 1)), options, (4,), 0))
     assert run_.begin()
     return run_.step
 

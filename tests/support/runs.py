@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from reference.rounding import UNIT
 
 import livecl
-from livecl import Drawing, Options, State
+from livecl import Drawing, Options
 from livecl.drawing.assembly import empty_drawing
 from livecl.image.background import background_for
+from livecl.run.progress import Progress
 from livecl.run.run import Run
 
 #: Samples of a pixel along each axis in the pictures drawn here.
@@ -48,4 +49,4 @@ def about(mse: float) -> Any:
 
 def new_run(options: Options, schedule: tuple[int, ...], device: int, target: NDArray[Any] = SMALL) -> Run:
     drawing = empty_drawing(target.shape[:2], background_for(options.background, target))
-    return Run(target, State.start(drawing, options, schedule, 0), device)
+    return Run(target, Progress.start(drawing, options, schedule, 0), device)

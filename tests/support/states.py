@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where runs begin that tests save, stop and resume, and how states are compared."""
+"""Where runs begin that tests save, stop and resume; saving, loading and comparing how far they have come."""
 
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl import Options, State
+from livecl import Options
 from livecl.drawing.assembly import empty_drawing
+from livecl.run.checkpoint import Checkpoints, load_checkpoint
+from livecl.run.progress import Progress
+from livecl.run.record import Record
 
 SCHEDULE = (1, 2)
 
@@ -27,8 +31,16 @@ def disc_and_ring() -> NDArray[np.float32]:
     return picture.reshape(24, 4, 27, 4, 3).mean(axis=(1, 3)).astype(np.float32)
 
 
-def start(options: Options, seed: int = 0) -> State:
-    return State.start(empty_drawing((24, 27)), options, SCHEDULE, seed)
+def start(options: Options, seed: int = 0) -> Progress:
+    return Progress.start(empty_drawing((24, 27)), options, SCHEDULE, seed)
+
+
+def save(progress: Progress, path: Path) -> None:
+    Checkpoints(path, {}, None).write(progress, Record())
+
+
+def load(path: Path) -> Progress:
+    return load_checkpoint(path, {})[0]
 
 
 def equal(one: Any, other: Any) -> bool:
@@ -44,6 +56,7 @@ def equal(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
-def assert_equal(one: State, other: State) -> None:
-    for field in dataclasses.fields(State):
-        assert equal(getattr(one, field.name), getattr(other, field.name)), field.name
+def assert_equal(one: Progress, other: Progress) -> None:
+    for part, same in ((one, other), (one.state, other.state)):
+        for field in dataclasses.fields(part):
+            assert equal(getattr(part, field.name), getattr(same, field.name)), field.name

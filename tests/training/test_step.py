@@ -10,8 +10,9 @@ import pytest
 from support.runs import SMALL, new_run, three_shapes
 from support.shapes import build, rectangle
 
-from livecl import Gradients, Options, State, vectorize
+from livecl import Gradients, Options, vectorize
 from livecl.run.callbacks import Step
+from livecl.training.state import State
 from livecl.training.step import move
 
 
@@ -92,7 +93,7 @@ def test_learning_rates_fall_in_a_stage_and_with_the_age() -> None:
     # A constant gradient makes Adam's steps as long as its learning rate, whatever the gradient's size.
     options = Options.paper(iterations=8, settle=0.25, decay=0.5, learning_rate=2.0, color_learning_rate=0.01)
     drawing = build([([rectangle(3, 4, 9, 11)], (0.5, 0.5, 0.5, 0.5))], (24, 24))
-    state = State.start(drawing, options, (1,), 0)
+    state = State.start(drawing, options, 0)
     gradients = Gradients(points=np.full((4, 3, 2), 7.0), colors=np.full((1, 4), -0.3), background=None)
     progress = np.arange(8) / 8
     settled = np.where(progress < 0.5, 1, 1 - 0.75 * (2 * progress - 1))

@@ -68,6 +68,10 @@ def training(image: Any, drawing: Any, device: int | str | None) -> Any:
     """
     from livecl.options import Options
     from livecl.run.run import Run
-    from livecl.training.state import State
 
-    return Run(image, State.start(drawing, Options.paper(), (drawing.num_layers,), 0), device)
+    try:
+        from livecl.run.progress import Progress
+    except ImportError:  # an older checkout
+        from livecl.training.state import State as Progress
+
+    return Run(image, Progress.start(drawing, Options.paper(), (drawing.num_layers,), 0), device)

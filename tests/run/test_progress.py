@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A state is saved and loaded whole, and other files are refused."""
+"""How far a run has come is saved and loaded whole, and other files are refused."""
 
 from __future__ import annotations
 
@@ -13,22 +13,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.states import assert_equal, disc_and_ring, equal, start
+from support.states import assert_equal, disc_and_ring, equal, load, save, start
 
-from livecl import Drawing, LiveclError, Options, State
+from livecl import CheckpointError, Drawing, LiveclError, Options
 from livecl.drawing import LINEAR, RADIAL, Fills
 from livecl.drawing.assembly import empty_drawing
+from livecl.run.checkpoint import FORMAT, KIND
 from livecl.run.loop import train
+from livecl.run.progress import Progress
 from livecl.run.run import Run
 from livecl.training.adam import Adam
 from livecl.training.fills import FillMoments
-from livecl.training.state import Fallback
+from livecl.training.state import Fallback, State
 
 # Iterations enough for two looks for loops within a stage; all kinds of loss, placement and chance.
 
 
-def _full_state() -> State:
-    """Return a state in which every field differs from what a new one has."""
+def _full() -> Progress:
+    """Return a progress of which every field differs from what a new one has."""
     rng = np.random.default_rng(1)
 
     def drawing(stages: list[int]) -> Drawing:
@@ -56,10 +58,9 @@ def _full_state() -> State:
     generator.normal(size=3)
     generator.integers(0, 5, dtype=np.int32)  # leaves half a number in the generator
     moments = FillMoments(adam(2, 3, 2), adam(5, 5))
-    return State(
+    state = State(
         drawing=drawing([0, 3]),
         options=Options.released(iterations=77, xing_weight=0.1 + 0.2, background="#123456", untangle=True),
-        schedule=(1, 2, 4),
         stage=5,
         iteration=76,
         points=adam(7, 3, 2),
@@ -69,70 +70,74 @@ def _full_state() -> State:
         pieces=rng.integers(1, 40, size=7).astype(np.int32),
         rng=generator,
         kept_weight=rng.uniform(size=(24, 27)).astype(np.float32),
-        asked=3,
         hidden=rng.uniform(size=(7, 3)) < 0.5,
-        error=0.1 + 0.7,
-        placed=True,
-        failures=2,
         holds=np.array([2, 0], np.int8),
+    )
+    return Progress(
+        state=state,
+        schedule=(1, 2, 4),
         start_drawing=drawing([2, 1]),
+        placed=True,
+        asked=3,
+        failures=2,
+        error=0.1 + 0.7,
         fallback=Fallback(drawing([1, 2]), adam(7, 3, 2), adam(2, 4), moments, np.array([1, 0], np.int8)),
     )
 
 
 @pytest.mark.parametrize("kind", ["full", "new", "transparent"])
 def test_what_is_saved_is_loaded_equal_in_every_field(kind: str, tmp_path: Path) -> None:
-    state = _full_state() if kind == "full" else start(Options())
+    progress = _full() if kind == "full" else start(Options())
     if kind == "transparent":
-        state = State.start(empty_drawing((3, 5), None), Options.paper(), (4,), 3)
-    path = tmp_path / "a state"
-    state.save(path)
-    assert [item.name for item in tmp_path.iterdir()] == ["a state"], "no other name, and nothing left beside it"
-    loaded = State.load(path)
-    assert_equal(loaded, state)
-    assert_equal(State.load(str(path)), state)
-    assert loaded.rng.normal() == state.rng.normal()
+        progress = Progress.start(empty_drawing((3, 5), None), Options.paper(), (4,), 3)
+    path = tmp_path / "a checkpoint"
+    save(progress, path)
+    assert [item.name for item in tmp_path.iterdir()] == ["a checkpoint"], "no other name, and nothing left beside it"
+    loaded = load(path)
+    assert_equal(loaded, progress)
+    assert loaded.state.rng.normal() == progress.state.rng.normal()
     if kind == "full":
         new = start(Options())
-        same = [f.name for f in dataclasses.fields(State) if equal(getattr(state, f.name), getattr(new, f.name))]
-        assert not same, "fields that this test would not miss"
+        for part, other in ((progress, new), (progress.state, new.state)):
+            fields = [field.name for field in dataclasses.fields(part)]
+            same = [name for name in fields if equal(getattr(part, name), getattr(other, name))]
+            assert not same, "fields that this test would not miss"
 
 
-def test_a_loaded_state_may_be_trained(device: int, tmp_path: Path) -> None:
+def test_a_loaded_run_may_be_trained(device: int, tmp_path: Path) -> None:
     # Adam changes its arrays in place: they must not be read-only, or shared.
     run_ = Run(disc_and_ring(), start(Options(iterations=4, revisions=0)), device)
     train(run_, lambda step: True)
-    run_.state.save(tmp_path / "state")
-    first, second = State.load(tmp_path / "state"), State.load(tmp_path / "state")
+    save(run_.progress, tmp_path / "state")
+    first, second = load(tmp_path / "state"), load(tmp_path / "state")
     train(Run(disc_and_ring(), first, device))
-    assert_equal(second, run_.state)
+    assert_equal(second, run_.progress)
 
 
 def test_saving_replaces_the_file_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "state"
-    _full_state().save(path)
+    save(_full(), path)
     before = path.read_bytes()
 
     def fail(*arguments: Any) -> None:
         raise OSError("no space left on the device")
 
     monkeypatch.setattr(Path, "replace", fail)  # on Python 3.10, os.replace is called by another name
-    with pytest.raises(OSError, match="no space"):
-        start(Options()).save(path)
+    save(start(Options()), path)
     assert path.read_bytes() == before and len(list(tmp_path.iterdir())) == 1
 
 
 def _refused(path: Path) -> None:
-    with pytest.raises(LiveclError) as caught:
-        State.load(path)
+    with pytest.raises(CheckpointError) as caught:
+        load(path)
     message = str(caught.value)
-    named, _, reason = message.partition(" is not a saved state of livecl: ")
-    assert named == repr(os.fspath(path))
+    named, _, reason = message.partition(": is no checkpoint that can be read: ")
+    assert named == os.fspath(path)
     assert reason and "\n" not in reason and len(reason) < 400
 
 
 def _saved(path: Path) -> bytes:
-    _full_state().save(path)
+    save(_full(), path)
     return path.read_bytes()
 
 
@@ -167,8 +172,8 @@ FOREIGN = {
     "facts that are no JSON": _archive(facts=np.array("nothing")),
     "facts that are a list": _archive(facts=np.array("[1, 2]")),
     "facts that are a number": _archive(facts=np.array(3)),
-    "another format": _archive(facts=np.array(json.dumps({"format": 99}))),
-    "facts alone": _archive(facts=np.array(json.dumps({"format": 1}))),
+    "another format": _archive(facts=np.array(json.dumps({"kind": KIND, "format": 99}))),
+    "facts alone": _archive(facts=np.array(json.dumps({"kind": KIND, "format": FORMAT, "identity": {}, "state": {}}))),
     "a zip of text": _zip(facts=b"{}", readme=b"hello"),
 }
 
@@ -196,7 +201,7 @@ def test_a_truncated_file_is_refused_wherever_it_ends(tmp_path: Path) -> None:
 def test_a_changed_byte_is_found_or_does_no_harm(tmp_path: Path) -> None:
     # The archive has a checksum of each member's contents; names, dates and lengths are in its own tables.
     path = tmp_path / "state"
-    data, state = _saved(path), _full_state()
+    data, progress = _saved(path), _full()
     rng = np.random.default_rng(0)
     tables = data.index(b"PK\x01\x02")
     places = [*rng.integers(0, tables, size=60), *rng.integers(tables, len(data), size=140)]
@@ -206,20 +211,22 @@ def test_a_changed_byte_is_found_or_does_no_harm(tmp_path: Path) -> None:
         changed[place] ^= int(rng.integers(1, 256))
         path.write_bytes(bytes(changed))
         try:
-            loaded = State.load(path)
+            loaded = load(path)
         except LiveclError as error:
             assert "\n" not in str(error), str(error)
             refused += 1
         else:
-            for name in ("drawing", "points", "schedule"):
-                assert equal(getattr(loaded, name), getattr(state, name))
+            assert equal(loaded.schedule, progress.schedule)
+            assert equal(loaded.state.drawing, progress.state.drawing)
+            assert equal(loaded.state.points, progress.state.points)
     assert refused > 50
 
 
 def _with_facts(path: Path, **changes: Any) -> None:
     with np.load(path) as file:
         arrays = dict(file)
-    facts = {**json.loads(str(arrays.pop("facts"))), **changes}
+    facts = json.loads(str(arrays.pop("facts")))
+    facts["state"] |= changes
     path.write_bytes(_archive(facts=np.array(json.dumps(facts)), **arrays))
 
 
@@ -236,7 +243,7 @@ def _with_facts(path: Path, **changes: Any) -> None:
         {"rng": None},
     ],
 )
-def test_numbers_that_make_no_state_are_refused(changes: dict[str, Any], tmp_path: Path) -> None:
+def test_numbers_that_make_no_run_are_refused(changes: dict[str, Any], tmp_path: Path) -> None:
     path = tmp_path / "state"
     _saved(path)
     _with_facts(path, **changes)
@@ -250,11 +257,11 @@ def test_missing_arrays_are_refused(tmp_path: Path) -> None:
         arrays = dict(file)
     for name in arrays:
         if name in ("kept_weight", "hidden", "fallback.points", "start.points") or name.endswith("background"):
-            continue  # a state may have none of these
+            continue  # a run may have none of these
         path.write_bytes(_archive(**{other: array for other, array in arrays.items() if other != name}))
         _refused(path)
 
 
-def test_a_state_of_another_picture_is_refused(device: int) -> None:
+def test_a_run_of_another_picture_is_refused(device: int) -> None:
     with pytest.raises(ValueError, match=r"^image: \(8, 9\) pixels, wanted the drawing's \(24, 27\)$"):
         Run(np.ones((8, 9, 3)), start(Options()), device)

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Progress`: how far a run has come, and all that it needs to go on, in one object that a checkpoint holds."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.options import Options
+from livecl.training.archive import (
+    Arrays,
+    adam_arrays,
+    adam_from,
+    drawing_arrays,
+    drawing_from,
+    fill_arrays,
+    fills_from,
+)
+from livecl.training.state import Fallback, State
+
+
+@dataclasses.dataclass
+class Progress:
+    """A run between two iterations: the state that training moves, and the bookkeeping of the phases.
+
+    Attributes
+    ----------
+    state : State
+        Drawing and moments, stage and iteration.
+    schedule : tuple of int
+        Paths that each stage adds; 0 for a refinement. Revisions follow.
+    start_drawing : Drawing or None
+        Drawing to start from, if any.
+    placed : bool
+        Whether the paths of the stage are placed: it has begun.
+    asked : int
+        Paths that the stages begun so far were to add: revisions keep their number.
+    failures : int
+        Revisions in a row that did not lower the error.
+    error : float
+        Visible mean squared error after the last stage, where `Options.target_mse` or `Options.path_gain` need it.
+    fallback : Fallback or None
+        Drawing and moments to return to if the phase under way does not lower the error.
+    """
+
+    state: State
+    schedule: tuple[int, ...]
+    start_drawing: Drawing | None = None
+    placed: bool = False
+    asked: int = 0
+    failures: int = 0
+    error: float = float("inf")
+    fallback: Fallback | None = None
+
+    @classmethod
+    def start(
+        cls,
+        drawing: Drawing,
+        options: Options,
+        schedule: tuple[int, ...],
+        seed: int,
+        locked: NDArray[np.bool_] | None = None,
+    ) -> Progress:
+        """Return the progress before the first stage, from a drawing whose layers are kept, some, (N,), locked."""
+        state = State.start(drawing, options, seed, locked)
+        return cls(state, schedule, drawing if drawing.num_layers else None)
+
+    def copy(self) -> Progress:
+        """Return a copy that does not change with this one."""
+        return dataclasses.replace(self, state=self.state.copy())
+
+    def parts(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return all that makes the progress as facts, which JSON can hold, and arrays by name."""
+        facts, arrays = self.state.parts()
+        facts |= {
+            "schedule": self.schedule,
+            "placed": self.placed,
+            "asked": self.asked,
+            "failures": self.failures,
+            "error": self.error,
+        }
+        if self.start_drawing is not None:
+            arrays |= drawing_arrays("start.", self.start_drawing)
+        if self.fallback is not None:
+            arrays |= drawing_arrays("fallback.", self.fallback.drawing) | {"fallback.holds": self.fallback.holds}
+            arrays |= adam_arrays("fallback.points", self.fallback.points)
+            arrays |= adam_arrays("fallback.colors", self.fallback.colors)
+            arrays |= fill_arrays("fallback.", self.fallback.drawing, self.fallback.fills)
+        return facts, arrays
+
+    @classmethod
+    def of_parts(cls, facts: dict[str, Any], arrays: Arrays) -> Progress:
+        """Return the progress that :meth:`parts` took apart; raises one of `UNREADABLE` where they make none."""
+        fallback = None
+        if "fallback.points" in arrays:
+            earlier = drawing_from("fallback.", arrays, facts["size"])
+            fallback = Fallback(
+                earlier,
+                adam_from("fallback.points", arrays),
+                adam_from("fallback.colors", arrays),
+                fills_from("fallback.", arrays, earlier),
+                arrays["fallback.holds"],
+            )
+        return cls(
+            state=State.of_parts(facts, arrays),
+            schedule=tuple(facts["schedule"]),
+            start_drawing=drawing_from("start.", arrays, facts["size"]) if "start.points" in arrays else None,
+            placed=facts["placed"],
+            asked=facts["asked"],
+            failures=facts["failures"],
+            error=facts["error"],
+            fallback=fallback,
+        )

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Work`: what the phases of a run change, and what they decide by."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.image.background import TRAIN, WHITE, target_over
+from livecl.layering.context import Context
+from livecl.rendering.rasterizer import Rasterizer
+from livecl.run.progress import Progress
+from livecl.training.objective import Objective
+from livecl.training.state import State
+
+
+class Work(Context):
+    """The target, the device's rasterizer, and how far the run has come.
+
+    Parameters
+    ----------
+    image : (H, W, 3) or (H, W, 4) array
+        Straight colours in [0, 1]; alpha is laid over the drawing's background, and is a part of the target where the
+        drawing has none.
+    progress : Progress
+        Where to go on; :meth:`Progress.start` for a new run.
+    device : int, str or None
+        OpenCL device.
+    check : callable
+        Called several times a second in placement and merging, and after each step; raises to interrupt the run.
+    """
+
+    def __init__(
+        self,
+        image: NDArray[np.floating],
+        progress: Progress,
+        device: int | str | None = None,
+        check: Callable[[], None] = lambda: None,
+    ) -> None:
+        drawing, options = progress.state.drawing, progress.state.options
+        if drawing.size != image.shape[:2]:
+            raise ValueError(f"image: {image.shape[:2]} pixels, wanted the drawing's {drawing.size}")
+        straight = np.asarray(image, dtype=np.float32)
+        target = target_over(straight, WHITE if options.background == TRAIN else drawing.background)
+        super().__init__(Rasterizer(drawing.size, device), target, options, check)
+        self.progress = progress
+        self.objective = Objective(self.rasterizer, target)
+
+    @property
+    def state(self) -> State:
+        """Drawing and moments."""
+        return self.progress.state
+
+    @property
+    def revising(self) -> bool:
+        """Whether all stages of the schedule are behind the run."""
+        return self.state.stage >= len(self.progress.schedule)
+
+    @contextlib.contextmanager
+    def all_or_nothing(self) -> Iterator[None]:
+        """Context manager: restore the progress if the block is left by an exception."""
+        before = self.progress.copy()
+        try:
+            yield
+        except BaseException:
+            self.progress = before
+            raise
+
+    def end_growth(self) -> None:
+        """Leave out the stages of the schedule that are left: only revisions are."""
+        self.state.stage = max(self.state.stage, len(self.progress.schedule))
+
+    def remember(self) -> None:
+        """Make the drawing the fallback of the phase that begins."""
+        self.progress.fallback = self.state.fall_back()
+
+    def keep_if_better(self, improvement: float = 0.0) -> bool:
+        """Return whether the drawing's error is lower, by a share, than that of the fallback, which it else becomes."""
+        state, fallback = self.state, self.progress.fallback
+        if fallback is None:
+            raise ValueError("the phase has no drawing to fall back to")
+        kept = self.visible_mse(state.drawing) < self.visible_mse(fallback.drawing) * (1 - improvement)
+        if not kept:
+            state.restore(fallback)
+            state.pieces = self.rasterizer.pieces(state.drawing)
+        self.progress.fallback = None
+        return kept
