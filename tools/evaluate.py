@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run methods over folders of pictures, and compare what they give.
 
-Measured on each saved SVG: MSE, PSNR, SSIM in resvg's picture of it and in our own, the difference of the two, size,
-seconds, and how clean its layers are (livecl/quality). Written to the output folder: results.csv,
-results.json, mse-against-paths.png, sheets/*.png (worst first), runs/ (all SVGs). Started again with the same output
-folder, it goes on where it stopped; a run is made anew if picture, options or program have changed.
-
-A run with growing stages serves all numbers of paths: its schedule passes through each of them. To the smallest it is
-the paper's schedule; for the others --separate is more exact, and takes longer. Methods of one stage (diffvg) are
-always run separately.
+Measured on each saved SVG: MSE, PSNR, SSIM in resvg's picture of it, MSE in our own, the difference of the two, size,
+seconds, how clean its layers are, and by the SVG that a picture was made from, where it lies beside the picture, whole
+shapes and colours (livecl/quality). Written to the output folder: results.csv, results.json, sheets/*.png (worst
+first; things-*.png show matched shapes), runs/ (all SVGs). Started again with the same output folder, it goes on where
+it stopped; a run is made anew if picture, options or program have changed.
 """
 
 from __future__ import annotations
@@ -23,13 +20,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from evaluation.methods import METHODS, VTRACER, Method, parse_method
-from evaluation.plots import plot_error
-from evaluation.runs import Row, Run, execute_all, picture_name, plan, source_digest
+from evaluation.runs import AUTO, SHAPES, THINGS, Row, Run, execute_all, picture_name, plan, source_digest
 from evaluation.sheets import write_sheets
 from evaluation.tables import format_summary, write_results
 
 import livecl
 from livecl.image.source import SUFFIXES
+from livecl.quality import DISTURBANCES
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -52,12 +49,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         pictures = find_pictures(arguments.pictures)
         methods = chosen_methods(arguments.methods, arguments.method)
+        if arguments.disturb:
+            methods += [method.under(kind) for method in methods for kind in DISTURBANCES]
         check_packages(methods)
         planned = plan(
             pictures,
             methods,
             arguments.paths,
-            separate=arguments.separate,
             seed=arguments.seed,
             device=arguments.device,
             output=arguments.output,
@@ -83,13 +81,18 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("pictures", nargs="+", type=Path, metavar="FOLDER_OR_FILE", help="pictures, or folders of them")
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder to write to")
     parser.add_argument(
-        "--paths", type=path_counts, default=(8, 16, 32, 64), metavar="N,N,...", help="numbers of paths"
+        "--paths",
+        type=path_counts,
+        default=(8, 16, 32, 64),
+        metavar="N,N,...",
+        help='numbers of paths; "things" and "shapes": as many as the true SVG\'s; "auto": as the method chooses',
     )
     parser.add_argument("--methods", default="", metavar="NAME,NAME,...", help="methods by name (live,diffvg)")
     parser.add_argument(
         "--method", action="append", default=[], metavar="NAME:KEY=VALUE,...", help="a further method, see below"
     )
-    parser.add_argument("--separate", action="store_true", help="a run of its own for each number of paths")
+    parser.add_argument("--separate", action="store_true", help=argparse.SUPPRESS)  # always so now
+    parser.add_argument("--disturb", action="store_true", help="each method on JPEGs and on noisy pictures, too")
     parser.add_argument("--processes", type=positive, default=os.cpu_count() or 1, metavar="N", help="runs at a time")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all runs (0)")
     parser.add_argument("--device", metavar="D", help="OpenCL device: index or part of its name")
@@ -97,9 +100,11 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def path_counts(text: str) -> tuple[int, ...]:
-    """Return rising numbers of paths from "8,16,32"."""
-    return tuple(sorted({positive(part) for part in text.split(",")}))
+def path_counts(text: str) -> tuple[int | str, ...]:
+    """Return rising numbers of paths from "8,16,32", and after them the words for numbers."""
+    parts = dict.fromkeys(text.split(","))
+    words = [part for part in parts if part in (AUTO, THINGS, SHAPES)]
+    return (*sorted({positive(part) for part in parts if part not in words}), *words)
 
 
 def positive(text: str) -> int:
@@ -191,10 +196,6 @@ def report(output: Path, rows: Sequence[Row], failures: Sequence[str], pictures:
     }
     summary = write_results(output, rows, facts)
     if rows:
-        try:
-            plot_error(summary, output / "mse-against-paths.png")
-        except ImportError:
-            say("no plot without matplotlib: pip install 'livecl[plots]'")
         write_sheets(output, rows, pictures)
         print(format_summary(summary))
     for line in failures:

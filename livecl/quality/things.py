@@ -12,11 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.drawing import Drawing
+from livecl.image.resizing import scaled
+from livecl.rendering.rasterizer import Rasterizer
+
 #: Coverage from which on a pixel belongs to a thing, pixels of the smallest thing, and the share of a thing that others
 #: must cover for it to count as partly hidden.
 INSIDE, SMALLEST, HIDDEN_SHARE = 0.5, 4, 0.01
 #: Largest difference, of any channel, of the colours of two things that are matched.
 COLOR_DIFFERENCE = 0.08
+#: Overlap from which on a thing counts as found, and below which a match counts as none.
+FOUND, MISSED = 0.9, 0.5
 
 
 @dataclasses.dataclass(frozen=True)
@@ -71,6 +77,31 @@ def things_of(coverages: NDArray[Any], colors: NDArray[Any]) -> Things:
     )
 
 
+def things_of_drawing(
+    drawing: Drawing, size: tuple[int, int] | None = None, rasterizer: Rasterizer | None = None
+) -> Things:
+    """Return the things of a drawing; a gradient counts by its mean colour within the thing.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Any drawing.
+    size : (int, int), optional
+        Height and width, px, of the canvas that it is stretched to first.
+    rasterizer : Rasterizer, optional
+        One of that size; made where not given.
+    """
+    drawing = drawing if size is None else scaled(drawing, size)
+    rasterizer = Rasterizer(drawing.size) if rasterizer is None else rasterizer
+    things = things_of(rasterizer.coverages(drawing), drawing.colors)
+    shaded = set(drawing.fills.gradient_layers.tolist())
+    for thing in np.flatnonzero([layer in shaded for layer in things.layers.tolist()]):
+        alone = drawing.layer_subset([things.layers[thing]]).replace(background=None)
+        premultiplied = rasterizer.forward(alone)[things.masks[thing]].sum(axis=0, dtype=np.float64)
+        things.colors[thing] = premultiplied[:3] / max(premultiplied[3], np.finfo(np.float32).tiny)
+    return things
+
+
 def overlaps(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Intersection over union of each of some masks (K, H, W) with each of others (L, H, W): (K, L)."""
     first = a.reshape(len(a), -1).astype(np.float32)
@@ -93,3 +124,70 @@ def match_things(true: Things, ours: Things) -> tuple[NDArray[np.float64], NDArr
         scores[rows[good]] = table[rows, columns][good]
         partner[rows[good]] = columns[good]
     return scores, partner
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ThingScores:
+    """How much of a true drawing is found in another one, thing by thing.
+
+    Attributes
+    ----------
+    things, drawn : int
+        Things of the true drawing, and of the other one.
+    overlap : float
+        Mean over the true things of the overlap with their partners, 0 where there is none; 0 without things.
+    found : int
+        True things that overlap their partner at .9 and more.
+    hidden : int
+        True things of which others cover a hundredth or more.
+    hidden_overlap : float
+        Mean overlap of these; 0 without such.
+    missed, extra : int
+        True things, and things of the other drawing, without a partner that they overlap by half.
+    """
+
+    things: int
+    drawn: int
+    overlap: float
+    found: int
+    hidden: int
+    hidden_overlap: float
+    missed: int
+    extra: int
+
+
+def score_things(true: Things, drawn: Things) -> ThingScores:
+    """Score the things of a drawing by those of the true one, as :func:`match_things` pairs them."""
+    scores, _ = match_things(true, drawn)
+    hidden = true.hidden >= HIDDEN_SHARE
+    partners = int(np.count_nonzero(scores >= MISSED))
+    return ThingScores(
+        things=len(true),
+        drawn=len(drawn),
+        overlap=float(scores.mean()) if len(true) else 0.0,
+        found=int(np.count_nonzero(scores >= FOUND)),
+        hidden=int(np.count_nonzero(hidden)),
+        hidden_overlap=float(scores[hidden].mean()) if hidden.any() else 0.0,
+        missed=len(true) - partners,
+        extra=len(drawn) - partners,
+    )
+
+
+def score_drawing(true: Drawing, drawing: Drawing) -> ThingScores:
+    """Score a drawing's whole shapes by those of the drawing that its picture was made from.
+
+    Parameters
+    ----------
+    true : Drawing
+        The drawing as it was made, such as :func:`livecl.read_svg` reads it; it is stretched to `drawing`'s canvas.
+    drawing : Drawing
+        What was found from the picture alone.
+
+    References
+    ----------
+    H. W. Kuhn: *The Hungarian method for the assignment problem*. Naval Research Logistics Quarterly 2, 1955.
+    """
+    rasterizer = Rasterizer(drawing.size)
+    return score_things(
+        things_of_drawing(true, drawing.size, rasterizer), things_of_drawing(drawing, rasterizer=rasterizer)
+    )

@@ -59,7 +59,7 @@ def run_of(folder: Path, **changes: Any) -> runs.Run:
         **{
             "picture": folder / "in" / "clip_red.png",
             "method": parse_method("quick:preset=paper,iterations=2"),
-            "counts": (1, 2),
+            "asked": 2,
             "seed": 0,
             "device": None,
             "output": folder / "out",
@@ -68,20 +68,56 @@ def run_of(folder: Path, **changes: Any) -> runs.Run:
     )
 
 
+def true_of(folder: Path) -> Path:
+    """Write the SVG of the red square, with two black bars of 1x4 px as one shape beneath it."""
+    true = folder / "in" / "clip_red.svg"
+    spots = [rectangle(0, 0, 1, 4), rectangle(30, 0, 31, 4)]
+    drawing = build([(spots, (0.0, 0.0, 0.0, 1.0)), ([rectangle(10, 8, 26, 24)], (0.8, 0.1, 0.1, 1.0))], (32, 32))
+    drawing.save_svg(true)
+    return true
+
+
 def test_plan() -> None:
     arguments: dict[str, Any] = {"seed": 0, "device": None, "output": Path("out")}
     methods = [METHODS["live"], METHODS["diffvg"], METHODS["vtracer"]]
-    planned = runs.plan([Path("in/a.png")], methods, (4, 8), separate=False, **arguments)
-    assert [(run.method.name, run.counts) for run in planned] == [
-        ("live", (4, 8)),
-        ("diffvg", (4,)),
-        ("diffvg", (8,)),
-        ("vtracer", ()),
+    planned = runs.plan([Path("in/a.png")], methods, (4, 8, "auto"), **arguments)
+    assert [(run.method.name, run.asked) for run in planned] == [
+        *(("live", asked) for asked in (4, 8, "auto")),
+        *(("diffvg", asked) for asked in (4, 8, "auto")),
+        ("vtracer", None),
     ]
-    assert [run.schedule for run in planned] == [(1, 2, 1, 4), (4,), (8,), ()]
-    planned = runs.plan([Path("in/a.png")], methods[:1], (4, 8), separate=True, **arguments)
-    assert [run.schedule for run in planned] == [(1, 2, 1), (1, 2, 4, 1)]
-    assert len({run.folder for run in planned}) == 2
+    assert [run.schedule for run in planned] == [(1, 2, 1), (1, 2, 4, 1), None, (4,), (8,), None, None]
+    assert len({run.folder for run in planned}) == 7
+    with pytest.raises(ValueError, match=r"paths 'things' need its SVG, a.svg beside it"):
+        runs.plan([Path("in/a.png")], methods, ("things",), **arguments)
+
+
+def test_numbers_of_a_true_svg(folder: Path) -> None:
+    true_of(folder)
+    assert [run_of(folder, asked=word).schedule for word in ("things", "shapes")] == [(1, 2), (1, 1)]
+    assert run_of(folder, asked="things").key() != run_of(folder, asked="shapes").key()
+
+
+def test_scores_by_the_true_svg(folder: Path) -> None:
+    """The drawing has the square and not the two bars, which are one shape; the artist's three parts have 12 cubics."""
+    svg, true = folder / "a.svg", true_of(folder)
+    drawing = build([([rectangle(10, 8, 26, 24)], (0.8, 0.1, 0.1, 1.0))], (32, 32))
+    drawing.save_svg(svg)
+    found = measure(svg, livecl.render(drawing), Rasterizer((32, 32)), true)
+    assert (found["things"], found["found"], found["missed"], found["extra"]) == (3, 1, 2, 0)
+    assert (found["overlap"], found["true_segments"]) == (pytest.approx(1 / 3), 12)
+    # 8 of the 32 x 32 px are black in one and white in the other: a difference of 100 each.
+    assert found["delta_e"] == pytest.approx(8 / 32**2 * 100, rel=1e-3)
+    assert (found["colored"], found["opaque"], found["gradients"]) == (1, 1, 0)
+
+
+def test_disturbed_runs_are_measured_by_the_clean_picture(folder: Path) -> None:
+    clean, noisy = (
+        runs.execute(run_of(folder, method=method), {})[0]
+        for method in (parse_method("q:iterations=9"), parse_method("q:iterations=9").under("noise"))
+    )
+    assert (noisy["method"], noisy["asked"], noisy["mse"] < 1e-3) == ("q+noise", 2, True)
+    assert noisy["mse"] != clean["mse"]
 
 
 def test_groups_of_pictures() -> None:
@@ -96,7 +132,9 @@ def test_key_tells_runs_apart(folder: Path) -> None:
         for changes in (
             {},
             {"seed": 1},
-            {"counts": (2,)},
+            {"asked": 1},
+            {"asked": "auto"},
+            {"method": parse_method("quick:preset=paper,iterations=2").under("jpeg")},
             {"method": parse_method("quick:iterations=3")},
             {"method": parse_method("quick:iterations=2,stages=one")},
             {"picture": folder / "in" / "photo_blue.png"},
@@ -116,7 +154,8 @@ def test_measure(tmp_path: Path) -> None:
     assert (found["paths"], found["segments"], found["parameters"]) == (2, 8, 2 * (4 * 6 + 4))
     assert found["bytes"] == svg.stat().st_size
     # Edges on pixel borders and colours of 0 and 1: both renderers are exact.
-    assert (found["mse"], found["own_mse"], found["renders_mse"], found["renders_max"]) == (0, 0, 0, 0)
+    assert (found["mse"], found["own_mse"], found["renders_mse"]) == (0, 0, 0)
+    assert "overlap" not in found
     assert (found["psnr"], found["ssim"]) == (None, pytest.approx(1))
     assert (found["in_one_region"], found["needless"], found["mergeable"]) == (2, 0, 0)
     other = np.array(target)
@@ -130,7 +169,7 @@ def test_resvg_picture_of_a_transparent_svg_is_over_white() -> None:
 
 
 def row_of(**changes: Any) -> dict[str, Any]:
-    numbers = dict.fromkeys(tables.COLUMNS, 1.0)
+    numbers = dict.fromkeys(("segments", "seconds", "ssim", "mse", "gradients", "colored", "opaque"), 1.0)
     words = {"picture": "in/a.png", "group": "clip", "method": "live", "asked": 8, "svg": "a.svg"}
     counts = {"paths": 8, "in_one_region": 6, "self_crossing": 0, "needless": 1, "mergeable": 0, "nearly_opaque": 0}
     return {**numbers, **words, **counts, "stages": [1, 3, 7, 8], **changes}
@@ -152,11 +191,28 @@ def test_summary() -> None:
     ]
     first = summary[0]
     assert (first["pictures"], first["mse_mean"], first["mse_median"]) == (3, pytest.approx(0.03), 0.02)
-    assert (first["psnr_mean"], first["in_one_region"], first["needless"]) == (15, 12 / 20, 3)
+    assert (first["in_one_region"], first["needless"], first["overlap"]) == (12 / 20, 3, None)
     lines = tables.format_summary(summary).splitlines()
     assert len(lines) == 5
     assert len({len(line) for line in lines}) == 1
     assert tables.summarize([]) == []
+
+
+def test_summary_of_things_weighs_them_alike_and_growth_is_of_sums() -> None:
+    scores = {"things": 1, "hidden": 0, "hidden_overlap": 0.0, "found": 1, "missed": 0, "extra": 0, "overlap": 1.0}
+    many = {"things": 3, "hidden": 1, "hidden_overlap": 0.3, "found": 0, "missed": 1, "extra": 2, "overlap": 0.6}
+    rows = [
+        row_of(picture="a", segments=10, true_segments=5, delta_e=1.0, **scores),
+        row_of(picture="b", segments=30, true_segments=15, delta_e=3.0, **many),
+        row_of(picture="a", method="live+noise", paths=12, segments=30, true_segments=5, delta_e=1.0, **scores),
+        row_of(picture="b", method="live+noise", paths=12, segments=50, true_segments=15, delta_e=1.0, **many),
+    ]
+    clean, noisy = tables.summarize(rows)
+    assert (clean["overlap"], clean["hidden_overlap"]) == (pytest.approx((1 + 3 * 0.6) / 4), 0.3)
+    assert (clean["found"], clean["missed"], clean["extra"]) == (1 / 4, 1 / 4, 1 / 2)
+    assert (clean["layers_a_thing"], clean["cubics_ratio"], clean["delta_e_mean"]) == (16 / 4, 2, 2)
+    assert (noisy["more_layers"], noisy["more_cubics"]) == (24 / 16, 2)
+    assert clean["more_layers"] is None
 
 
 @pytest.mark.slow
@@ -175,11 +231,10 @@ def test_evaluation(folder: Path) -> None:
         for method in ("quick", "once")
         for asked in "12"
     }
-    assert tuple(table[0]) == tables.COLUMNS
     results = json.loads((out / "results.json").read_text(encoding="utf-8"))
-    assert len(results["failures"]) == 3
+    assert len(results["failures"]) == 4
     assert all("clip_bad.png" in failure and "ImageError" in failure for failure in results["failures"])
-    assert done.stdout.count("failed: ") == 3
+    assert done.stdout.count("failed: ") == 4
     assert {row["group"] for row in results["summary"]} == {"clip", "photo", "all"}
     for row in results["rows"]:
         target = read_image(folder / row["picture"])
@@ -191,11 +246,10 @@ def test_evaluation(folder: Path) -> None:
     assert sorted(file.name for file in (out / "sheets").iterdir()) == [
         f"{method}-{count}-01.png" for method in ("once", "quick") for count in "12"
     ]
-    assert (out / "mse-against-paths.png").is_file() == (importlib.util.find_spec("matplotlib") is not None)
 
     # Again: nothing but the failures is tried, and the results are the same.
     again = tool(folder, *command)
-    assert "6 runs are done already, 3 to do" in again.stderr
+    assert "8 runs are done already, 4 to do" in again.stderr
     assert json.loads((out / "results.json").read_text(encoding="utf-8"))["rows"] == results["rows"]
 
     # Other options, and a result that was not finished: these are made anew.
@@ -203,7 +257,7 @@ def test_evaluation(folder: Path) -> None:
     (folder / "in" / "clip_bad.png").unlink()
     last = tool(folder, *(argument.replace("iterations=5", "iterations=4") for argument in command))
     assert last.returncode == 0
-    assert "3 runs are done already, 3 to do" in last.stderr
+    assert "3 runs are done already, 5 to do" in last.stderr
     assert json.loads((out / "results.json").read_text(encoding="utf-8"))["failures"] == []
 
 
@@ -211,7 +265,7 @@ def test_results_of_another_program_are_kept_on_demand(folder: Path) -> None:
     run = run_of(folder)
     assert run.kept_rows() is None
     rows = runs.execute(run, {**run.key(), "source": "another"})
-    assert [(row["asked"], row["stages"]) for row in rows] == [(1, [1]), (2, [1, 2])]
+    assert [(row["asked"], row["stages"]) for row in rows] == [(2, [1, 2])]
     assert run.kept_rows() is None
     assert run.kept_rows(any_source=True) == rows
     assert run_of(folder, seed=1).kept_rows(any_source=True) is None
@@ -239,7 +293,7 @@ def test_a_process_that_dies_takes_no_other_run_along(folder: Path) -> None:
 
 def test_vtracer(folder: Path) -> None:
     pytest.importorskip("vtracer")
-    (row,) = runs.execute(run_of(folder, method=METHODS["vtracer"], counts=()), {})
+    (row,) = runs.execute(run_of(folder, method=METHODS["vtracer"], asked=None), {})
     assert row["asked"] is None
     assert row["stages"] == [row["paths"]]
     assert row["mse"] < 1e-3
@@ -284,6 +338,7 @@ def test_missing_package_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_path_counts() -> None:
     assert evaluate.path_counts("16,8,8") == (8, 16)
+    assert evaluate.path_counts("auto,things,8") == (8, "auto", "things")
     with pytest.raises(SystemExit):
         evaluate.main(["in", "-o", "out", "--paths", "8,0"])
 

@@ -1,31 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The methods of the evaluation tool: their definitions, and the schedules that pass through numbers of paths."""
+"""The methods of the evaluation tool: their definitions."""
 
 from __future__ import annotations
 
 import evaluate
-import numpy as np
 import pytest
-from evaluation.methods import METHODS, Method, parse_method, schedule_through
+from evaluation.methods import METHODS, Method, parse_method
 
 from livecl.options import Options
-
-
-@pytest.mark.parametrize(
-    ("counts", "stages"),
-    [
-        ((8,), (1, 2, 4, 1)),
-        ((8, 16), (1, 2, 4, 1, 8)),
-        ((8, 16, 32, 64), (1, 2, 4, 1, 8, 16, 32)),
-        ((10, 40), (1, 2, 4, 3, 8, 16, 6)),
-        ((32, 256), (1, 2, 4, 8, 16, 1, 32, 32, 32, 32, 32, 32, 32)),
-        ((1, 2, 3), (1, 1, 1)),
-        ((), ()),
-    ],
-)
-def test_schedule_passes_through_the_counts(counts: tuple[int, ...], stages: tuple[int, ...]) -> None:
-    assert schedule_through(counts) == stages
-    assert set(counts) <= set(np.cumsum(stages))
 
 
 def test_known_methods_have_usable_options() -> None:

@@ -1,41 +1,57 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is measured of a saved SVG: closeness in an independent renderer's picture and in our own, size, layers."""
+"""What is measured of a saved SVG: closeness in an independent renderer's picture and in our own, size, layers, things.
+
+Things are measured where the SVG that the picture was made from lies beside it.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-import io
+import functools
 import math
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from compare_svg import shown_by_resvg
 from numpy.typing import NDArray
-from PIL import Image
 
 from livecl import quality
-from livecl.image.reading import over_background
+from livecl.drawing.drawing import Drawing
 from livecl.rendering.rasterizer import Rasterizer
 from livecl.svg import read_svg
 
 FloatImage = NDArray[np.float32]
+#: Colours are compared so much larger, where edges between pixels show.
+ENLARGED = 4
 
 
-def resvg_picture(svg: bytes) -> FloatImage:
-    """Return resvg's picture of an SVG at its own size, over white: (H, W, 3) in [0, 1]."""
-    import resvg_py
-
-    png = bytes(resvg_py.svg_to_bytes(svg_string=svg.decode()))
-    with Image.open(io.BytesIO(png)) as image:
-        rgba = np.asarray(image.convert("RGBA"), dtype=np.float32) / 255
-    return over_background(rgba, (1, 1, 1))
+def true_svg(picture: Path) -> Path | None:
+    """Return the SVG that a picture was made from, the file of its name beside it; None where there is none."""
+    file = picture.with_suffix(".svg")
+    return file if file.is_file() else None
 
 
-def measure(svg: Path, target: FloatImage, rasterizer: Rasterizer) -> dict[str, Any]:
+@functools.lru_cache(maxsize=2)
+def true_drawing(svg: Path) -> Drawing:
+    """Return the drawing of a true SVG; what cannot be read as filled paths is left out."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        return read_svg(svg)
+
+
+def resvg_picture(svg: bytes, size: tuple[int, int] | None = None) -> FloatImage:
+    """Return resvg's picture of an SVG over white, at its own size or at (height, width): (H, W, 3) in [0, 1]."""
+    height, width = size or (None, None)
+    image = shown_by_resvg(svg, width=width, height=height)
+    return (image[..., :3] + 1 - image[..., 3:]).astype(np.float32)
+
+
+def measure(svg: Path, target: FloatImage, rasterizer: Rasterizer, true: Path | None = None) -> dict[str, Any]:
     """Return the measures of an SVG file by the names of the tables' columns.
 
-    Without a prefix, errors are those of resvg's picture; `own_` stands for our rasterizer's. `renders_mse` and
-    `renders_max` are the mean squared and the largest difference of the two pictures.
+    Errors are those of resvg's picture; `own_mse` is our rasterizer's, `renders_mse` the difference of the two.
 
     Parameters
     ----------
@@ -45,30 +61,41 @@ def measure(svg: Path, target: FloatImage, rasterizer: Rasterizer) -> dict[str, 
         What it should look like.
     rasterizer : Rasterizer
         Of the target's size.
+    true : Path, optional
+        The SVG that the picture was made from.
     """
     data = svg.read_bytes()
     drawing = read_svg(data)
     if drawing.background is None:
         drawing = drawing.replace(background=np.ones(3))
     independent, own = resvg_picture(data), rasterizer.forward(drawing)
+    ratio = quality.psnr(independent, target)
+    colored, opaque = quality.colors_in_picture(drawing, target)
     layers = dataclasses.asdict(quality.measure_layers(drawing, target, rasterizer))
     return {
         "paths": layers.pop("layers"),
         "segments": drawing.num_segments,
         "parameters": quality.num_parameters(drawing),
         "bytes": len(data),
-        **_closeness(independent, target, ""),
-        **_closeness(own, target, "own_"),
+        "mse": quality.mse(independent, target),
+        "psnr": ratio if math.isfinite(ratio) else None,
+        "ssim": quality.ssim(independent, target),
+        "own_mse": quality.mse(own, target),
         "renders_mse": quality.mse(own, independent),
-        "renders_max": float(np.abs(own - independent).max()),
+        "gradients": len(drawing.fills.gradient_layers),
+        "colored": colored,
+        "opaque": opaque,
         **layers,
+        **({} if true is None else _against(true, data, drawing)),
     }
 
 
-def _closeness(image: FloatImage, target: FloatImage, prefix: str) -> dict[str, float | None]:
-    ratio = quality.psnr(image, target)
+def _against(true: Path, data: bytes, drawing: Drawing) -> dict[str, Any]:
+    """Return the scores of an SVG and its drawing by the true SVG: whole shapes, size, colours of the large picture."""
+    size = ENLARGED * drawing.size[0], ENLARGED * drawing.size[1]
+    artist = true_drawing(true)
     return {
-        f"{prefix}mse": quality.mse(image, target),
-        f"{prefix}psnr": ratio if math.isfinite(ratio) else None,
-        f"{prefix}ssim": quality.ssim(image, target),
+        **dataclasses.asdict(quality.score_drawing(artist, drawing)),
+        "true_segments": artist.num_segments,
+        "delta_e": quality.color_difference(resvg_picture(data, size), resvg_picture(true.read_bytes(), size)),
     }

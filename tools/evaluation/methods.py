@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Methods: named sets of options, and the schedule that passes through the numbers of paths asked for."""
+"""Methods: named sets of options."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import re
 from typing import Any
 
 from livecl.options import PRESETS, Options
-from livecl.schedule import MAX_PER_STAGE
 
 #: The preset that stands for VTracer; the others are those of livecl.
 VTRACER = "vtracer"
@@ -43,12 +42,19 @@ class Method:
         Options that differ from the preset's.
     one_stage : bool
         Place all paths at once, instead of in growing stages.
+    disturbance : str
+        What is done to the picture before (`quality.DISTURBANCES`), or nothing; it is measured by the clean one.
     """
 
     name: str
     preset: str = "default"
     changes: dict[str, Any] = dataclasses.field(default_factory=dict)
     one_stage: bool = False
+    disturbance: str = ""
+
+    def under(self, disturbance: str) -> Method:
+        """Return the method on disturbed pictures, called by both names."""
+        return dataclasses.replace(self, name=f"{self.name}+{disturbance}", disturbance=disturbance)
 
     def options(self) -> Options:
         """Return livecl's options; ValueError if there are none such."""
@@ -72,8 +78,9 @@ class Method:
     def describe(self) -> dict[str, Any]:
         """Return everything that decides what the method does."""
         if self.preset == VTRACER:
-            return {"preset": VTRACER, **self.changes}
-        return {**dataclasses.asdict(self.options()), "one_stage": self.one_stage}
+            return {"preset": VTRACER, "disturbance": self.disturbance, **self.changes}
+        own = {"one_stage": self.one_stage, "disturbance": self.disturbance}
+        return {**dataclasses.asdict(self.options()), **own}
 
 
 #: The methods that are known by name: ours, the paper's, its comparison, its ablations, and a tracer.
@@ -121,29 +128,6 @@ def parse_method(text: str) -> Method:
     method = Method(name=name, preset=preset, changes=changes, one_stage=one_stage)
     method.check()
     return method
-
-
-def schedule_through(counts: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the growing schedule that passes exactly through all of some rising numbers of paths.
-
-    Stages add 1, 2, 4, ... paths, 32 at most, as in the paper. A stage that would pass one of the numbers is cut to
-    reach it, and the next stage is what the cut one was to be. To the first number this is the paper's schedule for it;
-    to later ones it differs by the cut stages before.
-
-    >>> schedule_through((8, 16, 32))
-    (1, 2, 4, 1, 8, 16)
-    >>> schedule_through((10, 40))
-    (1, 2, 4, 3, 8, 16, 6)
-    """
-    stages: list[int] = []
-    ideal, total = 1, 0
-    for count in counts:
-        while total < count:
-            stages.append(min(ideal, count - total))
-            total += stages[-1]
-            if stages[-1] == ideal:
-                ideal = min(2 * ideal, MAX_PER_STAGE)
-    return tuple(stages)
 
 
 def _value(text: str) -> Any:

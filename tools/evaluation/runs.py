@@ -24,19 +24,23 @@ import numpy as np
 from PIL import Image
 
 import livecl
-from evaluation.measures import FloatImage, measure
-from evaluation.methods import VTRACER, Method, schedule_through
+from evaluation.measures import FloatImage, measure, true_drawing, true_svg
+from evaluation.methods import VTRACER, Method
+from livecl import quality
 from livecl.files import write_atomically
 from livecl.image.background import WHITE
 from livecl.image.reading import over_background, read_image
 from livecl.opencl.program import kernel_dir
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
+from livecl.schedule import growing_schedule
 from livecl.svg import save_svg
 
 #: What changes nothing in the outcome of a run.
 _WITHOUT_EFFECT = {"__init__.py", "__main__.py", "batch", "cli", "vae", "views"}
 _RESULT = "result.json"
+#: Numbers of paths by a word: as the method chooses; as many as the things, or the shapes, of the true SVG.
+AUTO, THINGS, SHAPES = "auto", "things", "shapes"
 
 Row = dict[str, Any]
 
@@ -51,8 +55,8 @@ class Run:
         The picture's file.
     method : Method
         What is run on it.
-    counts : tuple of int
-        Numbers of paths asked for, rising; empty where the method chooses itself.
+    asked : int, str or None
+        Number of paths asked for, or "auto", "things", "shapes"; None where the method takes none.
     seed : int
         Seed of whatever is random.
     device : str or None
@@ -63,7 +67,7 @@ class Run:
 
     picture: Path
     method: Method
-    counts: tuple[int, ...]
+    asked: int | str | None
     seed: int
     device: str | None
     output: Path
@@ -76,27 +80,28 @@ class Run:
     @property
     def title(self) -> str:
         """What the run is called in messages."""
-        return " ".join(
-            [self.method.name, self.name, *(["at", ",".join(map(str, self.counts))] if self.counts else [])]
-        )
+        return f"{self.method.name} {self.name}" + ("" if self.asked is None else f" at {self.asked}")
 
     @property
     def folder(self) -> Path:
         """Where the run's SVGs and its result lie."""
-        return self.output / "runs" / self.method.name / self.name / ("-".join(map(str, self.counts)) or "free")
+        return self.output / "runs" / self.method.name / self.name / ("free" if self.asked is None else str(self.asked))
 
     @property
-    def schedule(self) -> tuple[int, ...]:
-        """Paths that each stage adds."""
-        return self.counts if self.method.one_stage else schedule_through(self.counts)
+    def schedule(self) -> tuple[int, ...] | None:
+        """Paths that each stage adds; None where the method chooses."""
+        if self.asked is None or self.asked == AUTO:
+            return None
+        count = self.asked if isinstance(self.asked, int) else _number(self.asked, self.picture)
+        return (count,) if self.method.one_stage else growing_schedule(count)
 
     def key(self) -> Row:
         """Return everything that decides the outcome; a kept result of another key is not taken."""
         return {
             "picture": hashlib.sha256(self.picture.read_bytes()).hexdigest(),
+            "true": (true := true_svg(self.picture)) and hashlib.sha256(true.read_bytes()).hexdigest(),
             "method": self.method.describe(),
-            "schedule": list(self.schedule),
-            "counts": list(self.counts),
+            "schedule": self.schedule and list(self.schedule),
             "seed": self.seed,
             "device": self.device,
             "version": livecl.__version__,
@@ -151,38 +156,43 @@ def source_digest() -> str:
 def plan(
     pictures: Sequence[Path],
     methods: Sequence[Method],
-    counts: tuple[int, ...],
+    asked: Sequence[int | str],
     *,
-    separate: bool,
     seed: int,
     device: str | None,
     output: Path,
 ) -> list[Run]:
-    """Return the runs that give every method's outcome at every number of paths.
+    """Return the runs of every method at every number of paths; VTracer takes none, and runs once.
 
-    One run with stages serves all numbers, unless each is run separately; a method of one stage needs a run for
-    each; VTracer chooses its number itself, and runs once.
+    ValueError where a number is that of a true SVG's things or shapes, and there is no such file.
     """
-    runs: list[Run] = []
-    for picture, method in itertools.product(pictures, methods):
-        if method.preset == VTRACER:
-            asked: list[tuple[int, ...]] = [()]
-        elif separate or method.one_stage:
-            asked = [(count,) for count in counts]
-        else:
-            asked = [counts]
-        runs.extend(
-            Run(picture=picture, method=method, counts=group, seed=seed, device=device, output=output)
-            for group in asked
-        )
+    runs = [
+        Run(picture=picture, method=method, asked=count, seed=seed, device=device, output=output)
+        for picture, method in itertools.product(pictures, methods)
+        for count in ([None] if method.preset == VTRACER else asked)
+    ]
+    for run in runs:
+        if run.asked in (THINGS, SHAPES) and true_svg(run.picture) is None:
+            raise ValueError(f"{run.picture}: paths {run.asked!r} need its SVG, {run.picture.stem}.svg beside it")
     return runs
+
+
+def _number(word: str, picture: Path) -> int:
+    """Return the things or shapes of the SVG that a picture was made from, one at least."""
+    svg = true_svg(picture)
+    if svg is None:
+        raise ValueError(f"{picture}: there is no SVG beside it")
+    drawing = true_drawing(svg)
+    if word == SHAPES:
+        return max(1, drawing.num_layers)
+    return max(1, len(quality.things_of_drawing(drawing, read_image(picture).shape[:2])))
 
 
 def execute(run: Run, key: Row) -> list[Row]:
     """Do a run: SVG files, then their measures in a JSON file that says that all is done. Returns the rows."""
     shutil.rmtree(run.folder, ignore_errors=True)
     run.folder.mkdir(parents=True)
-    rows = _trace(run) if run.method.preset == VTRACER else _vectorize(run, run.method.options())
+    rows = [_trace(run) if run.method.preset == VTRACER else _vectorize(run, run.method.options())]
     write_atomically(run.folder / _RESULT, json.dumps({"key": key, "rows": rows}, indent=1, allow_nan=False) + "\n")
     return rows
 
@@ -226,53 +236,47 @@ def _end_with_the_terminal() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def _vectorize(run: Run, options: Options) -> list[Row]:
-    image = read_image(run.picture)
-    result = livecl.vectorize(image, schedule=run.schedule, options=options, device=run.device, seed=run.seed)
+def _vectorize(run: Run, options: Options) -> Row:
+    clean = read_image(run.picture)
+    image = quality.disturbed(over_background(clean, WHITE), kind) if (kind := run.method.disturbance) else clean
+    number: Row = {"paths": AUTO} if run.asked == AUTO else {"schedule": run.schedule}
+    result = livecl.vectorize(image, **number, options=options, device=run.device, seed=run.seed)
     drawings = [*(stage.drawing for stage in result.stages[:-1]), result.drawing]
-    for number, drawing in enumerate(drawings, start=1):
-        save_svg(drawing, run.folder / f"stage-{number}.svg")
-    seconds = list(itertools.accumulate(stage.seconds for stage in result.stages))
-    seconds[-1] = result.seconds
+    for stage, drawing in enumerate(drawings, start=1):
+        save_svg(drawing, run.folder / f"stage-{stage}.svg")
     ground = result.drawing.background
-    target = over_background(image, WHITE if ground is None else ground)
-    rasterizer = Rasterizer(target.shape[:2], run.device)
-    asked_after = list(itertools.accumulate(run.schedule))
-    rows = []
-    for count in run.counts:
-        # A run that ends before its schedule does has reached what it can: its last drawing stands for what follows.
-        stage = min(asked_after.index(count), len(drawings) - 1)
-        extra = {
-            "seconds": seconds[stage],
-            "compile_seconds": result.compile_seconds,
-            "stages": [drawing.num_layers for drawing in drawings[: stage + 1]],
-        }
-        rows.append(_row(run, count, run.folder / f"stage-{stage + 1}.svg", target, rasterizer, extra))
-    return rows
+    target = over_background(clean, WHITE if ground is None else ground)
+    extra = {
+        "seconds": result.seconds,
+        "compile_seconds": result.compile_seconds,
+        "stages": [drawing.num_layers for drawing in drawings],
+    }
+    return _row(run, run.folder / f"stage-{len(drawings)}.svg", target, extra)
 
 
-def _trace(run: Run) -> list[Row]:
+def _trace(run: Run) -> Row:
     import vtracer
 
     target = over_background(read_image(run.picture), WHITE)
     png = io.BytesIO()
-    Image.fromarray(np.rint(target * 255).astype(np.uint8)).save(png, "PNG")
+    image = quality.disturbed(target, run.method.disturbance) if run.method.disturbance else target
+    Image.fromarray(np.rint(image * 255).astype(np.uint8)).save(png, "PNG")
     start = time.perf_counter()
     text = vtracer.convert_raw_image_to_svg(png.getvalue(), img_format="png", **run.method.changes)
     seconds = time.perf_counter() - start
     svg = run.folder / "stage-1.svg"
     write_atomically(svg, text)
-    row = _row(run, None, svg, target, Rasterizer(target.shape[:2], run.device), {"seconds": seconds})
-    return [{**row, "stages": [row["paths"]]}]
+    row = _row(run, svg, target, {"seconds": seconds})
+    return {**row, "stages": [row["paths"]]}
 
 
-def _row(run: Run, asked: int | None, svg: Path, target: FloatImage, rasterizer: Rasterizer, extra: Row) -> Row:
+def _row(run: Run, svg: Path, target: FloatImage, extra: Row) -> Row:
     return {
         "picture": run.name,
         "group": picture_group(run.picture),
         "method": run.method.name,
-        "asked": asked,
-        **measure(svg, target, rasterizer),
+        "asked": run.asked,
+        **measure(svg, target, Rasterizer(target.shape[:2], run.device), true_svg(run.picture)),
         **extra,
         "svg": svg.relative_to(run.output).as_posix(),
     }

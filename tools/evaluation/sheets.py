@@ -7,14 +7,15 @@ import colorsys
 import io
 import itertools
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from evaluation.measures import resvg_picture
+from evaluation.measures import resvg_picture, true_drawing, true_svg
+from livecl import quality
 from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
 from livecl.geometry.bezier import flatten
@@ -34,7 +35,9 @@ Row = dict[str, Any]
 
 
 def write_sheets(output: Path, rows: Iterable[Row], pictures: dict[str, Path]) -> list[Path]:
-    """Write the sheets of each method and number of paths; return the files.
+    """Write the sheets of each method and number of paths, and those of things where they are known.
+
+    Returns the files.
 
     Parameters
     ----------
@@ -50,19 +53,52 @@ def write_sheets(output: Path, rows: Iterable[Row], pictures: dict[str, Path]) -
     for old in folder.glob("*.png"):
         old.unlink()
     written = []
-    by_kind: dict[tuple[str, int | None], list[Row]] = {}
+    by_kind: dict[tuple[str, int | str | None], list[Row]] = {}
     for row in rows:
         by_kind.setdefault((row["method"], row["asked"]), []).append(row)
     for (method, count), found in by_kind.items():
+        name = f"{method}-{'free' if count is None else count}"
         found.sort(key=lambda row: (-row["mse"], row["picture"]))
-        for page, first in enumerate(range(0, len(found), ROWS), start=1):
-            file = folder / f"{method}-{'free' if count is None else count}-{page:02}.png"
-            strips = [_strip(row, output, pictures[row["picture"]]) for row in found[first : first + ROWS]]
-            png = io.BytesIO()
-            _stacked(strips).save(png, "PNG")
-            write_atomically(file, png.getvalue())
-            written.append(file)
+        written += _pages(found, _strip, folder / name, output, pictures)
+        known = sorted((row for row in found if row.get("things")), key=lambda row: (row["overlap"], row["picture"]))
+        written += _pages(known, _things, folder / f"things-{name}", output, pictures)
     return written
+
+
+def _pages(
+    rows: Sequence[Row],
+    strip: Callable[[Row, Path, Path], Image.Image],
+    name: Path,
+    output: Path,
+    files: dict[str, Path],
+) -> list[Path]:
+    """Write strips under each other, some a page; return the files."""
+    written = []
+    for page, first in enumerate(range(0, len(rows), ROWS), start=1):
+        png = io.BytesIO()
+        _stacked([strip(row, output, files[row["picture"]]) for row in rows[first : first + ROWS]]).save(png, "PNG")
+        written.append(name.with_name(f"{name.name}-{page:02}.png"))
+        write_atomically(written[-1], png.getvalue())
+    return written
+
+
+def _things(row: Row, output: Path, picture: Path) -> Image.Image:
+    """Return the true things of a picture above those of the drawing, and both pictures before them."""
+    drawing, svg = read_svg(output / row["svg"]), true_svg(picture)
+    assert svg is not None
+    true = quality.things_of_drawing(true_drawing(svg), drawing.size)
+    title = (
+        f"{row['picture']}   IoU {row['overlap']:.3f}   {row['found']} of {row['things']} at .9   hidden "
+        f"{row['hidden_overlap']:.2f}   missed {row['missed']}   extra {row['extra']}   cubics {row['segments']} "
+        f"(artist {row['true_segments']})   MSE {row['mse']:.1e}"
+    )
+    right = quality.draw_things(true, quality.things_of_drawing(drawing), title)
+    left = [_shown(resvg_picture(file.read_bytes(), drawing.size)) for file in (svg, output / row["svg"])]
+    strip = Image.new("RGB", (CELL + right.width, max(right.height, CELL + _LINE)), "white")
+    for place, image in enumerate(left):
+        strip.paste(image.resize((image.width // 2, image.height // 2)), (_MARGIN, _LINE + place * CELL // 2))
+    strip.paste(right, (CELL // 2 + 2 * _MARGIN, 0))
+    return strip
 
 
 def outlines(drawing: Drawing, image: Image.Image) -> Image.Image:

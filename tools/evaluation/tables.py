@@ -15,60 +15,38 @@ from livecl.files import write_atomically
 
 Row = dict[str, Any]
 
-#: Columns of results.csv, in their order. `asked` is empty where the method chooses the number of paths itself.
-COLUMNS = (
-    "picture",
-    "group",
-    "method",
-    "asked",
-    "paths",
-    "segments",
-    "parameters",
-    "bytes",
-    "seconds",
-    "compile_seconds",
-    "mse",
-    "psnr",
-    "ssim",
-    "own_mse",
-    "own_psnr",
-    "own_ssim",
-    "renders_mse",
-    "renders_max",
-    "in_one_region",
-    "self_crossing",
-    "needless",
-    "mergeable",
-    "nearly_opaque",
-    "stages",
-    "svg",
-)
-
 #: Columns of the summary after method, paths asked and group: heading, format of its value.
 SUMMARY: dict[str, tuple[str, Callable[[Any], str]]] = {
     "pictures": ("n", str),
     "mse_mean": ("MSE mean", "{:.2e}".format),
     "mse_median": ("median", "{:.2e}".format),
-    "psnr_mean": ("PSNR", "{:.1f}".format),
     "ssim_mean": ("SSIM", "{:.3f}".format),
-    "own_mse_mean": ("own MSE", "{:.2e}".format),
     "in_one_region": ("1 region", "{:.0%}".format),
     "self_crossing": ("crossing", "{:.1%}".format),
     "needless": ("needless", str),
     "mergeable": ("mergeable", str),
-    "nearly_opaque": ("n. opaque", str),
+    "gradients": ("grad.", "{:.1%}".format),
+    "colored": ("colours", "{:.1%}".format),
     "paths_mean": ("paths", "{:.1f}".format),
     "segments_mean": ("cubics", "{:.0f}".format),
-    "parameters_mean": ("params", "{:.0f}".format),
-    "bytes_mean": ("bytes", "{:.0f}".format),
     "seconds_mean": ("s", "{:.2f}".format),
+    "overlap": ("IoU", "{:.3f}".format),
+    "found": (">=.9", "{:.0%}".format),
+    "hidden_overlap": ("hidden", "{:.3f}".format),
+    "missed": ("missed", "{:.0%}".format),
+    "extra": ("extra", "{:.0%}".format),
+    "layers_a_thing": ("layers/thing", "{:.2f}".format),
+    "cubics_ratio": ("cubics/artist's", "{:.2f}".format),
+    "delta_e_mean": ("dE x4", "{:.2f}".format),
+    "more_layers": ("layers x", "{:.2f}".format),
+    "more_cubics": ("cubics x", "{:.2f}".format),
 }
 
 
 def write_results(output: Path, rows: Sequence[Row], facts: Row) -> list[Row]:
     """Write results.csv and results.json, with the facts about the whole; return the summary."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
+    writer = csv.DictWriter(text, list(dict.fromkeys(name for row in rows for name in row)), lineterminator="\n")
     writer.writeheader()
     for row in rows:
         writer.writerow({**row, "stages": " ".join(map(str, row["stages"]))})
@@ -82,12 +60,15 @@ def write_results(output: Path, rows: Sequence[Row], facts: Row) -> list[Row]:
 def summarize(rows: Iterable[Row]) -> list[Row]:
     """Return means and medians for each kind of picture, number of paths and method, and for all kinds together.
 
-    `in_one_region` and `self_crossing` are shares of all layers; `needless`, `mergeable`, `nearly_opaque` are sums.
+    `in_one_region`, `self_crossing` and `gradients` are shares of all layers, `colored` of the opaque ones; `needless`,
+    `mergeable` and `nearly_opaque` are sums. `overlap`, `found`, `missed`, `extra` and `layers_a_thing` are over all
+    true things. `more_layers` and `more_cubics`, of a method on disturbed pictures, are multiples of what it has on the
+    clean ones.
     """
     rows = list(rows)
     groups = sorted({row["group"] for row in rows})
     methods = list(dict.fromkeys(row["method"] for row in rows))
-    counts = sorted({row["asked"] for row in rows}, key=lambda count: (count is None, count))
+    counts = sorted({row["asked"] for row in rows}, key=lambda count: (count is None, isinstance(count, str), count))
     summary = []
     for group in [*groups, *(["all"] if len(groups) > 1 else [])]:
         for count in counts:
@@ -98,16 +79,31 @@ def summarize(rows: Iterable[Row]) -> list[Row]:
                     if group in (row["group"], "all") and row["asked"] == count and row["method"] == method
                 ]
                 if chosen:
-                    summary.append({"group": group, "asked": count, "method": method, **_statistics(chosen)})
+                    names = {"group": group, "asked": count, "method": method}
+                    summary.append({**names, **_statistics(chosen), **_growth(chosen, rows)})
     return summary
+
+
+def _growth(chosen: Sequence[Row], rows: Sequence[Row]) -> Row:
+    """Return how many times the layers and cubics of the clean pictures a method on disturbed ones has."""
+    cleans = {(row["picture"], row["method"], row["asked"]): row for row in rows}
+    pairs = [(row, cleans.get((row["picture"], row["method"].partition("+")[0], row["asked"]))) for row in chosen]
+    both = [(row, clean) for row, clean in pairs if clean is not None and clean is not row]
+    return {
+        f"more_{name}": sum(row[key] for row, _ in both) / max(1, sum(clean[key] for _, clean in both))
+        if both
+        else None
+        for name, key in (("layers", "paths"), ("cubics", "segments"))
+    }
 
 
 def format_summary(summary: Sequence[Row]) -> str:
     """Return the summary as a text table."""
-    lines = [["pictures", "asked", "method", *(heading for heading, _ in SUMMARY.values())]]
+    columns = {name: column for name, column in SUMMARY.items() if any(row[name] is not None for row in summary)}
+    lines = [["pictures", "asked", "method", *(heading for heading, _ in columns.values())]]
     for row in summary:
         asked = "-" if row["asked"] is None else str(row["asked"])
-        shown = ["-" if row[name] is None else show(row[name]) for name, (_, show) in SUMMARY.items()]
+        shown = ["-" if row[name] is None else show(row[name]) for name, (_, show) in columns.items()]
         lines.append([row["group"], asked, row["method"], *shown])
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     left = {0, 2}
@@ -122,16 +118,31 @@ def format_summary(summary: Sequence[Row]) -> str:
 
 def _statistics(rows: Sequence[Row]) -> Row:
     def values(name: str) -> list[float]:
-        return [row[name] for row in rows if row[name] is not None]
+        return [row[name] for row in rows if row.get(name) is not None]
 
     def mean(name: str) -> float | None:
         return statistics.fmean(values(name)) if values(name) else None
 
-    layers = sum(values("paths"))
+    def share(name: str, whole: str) -> float | None:
+        return sum(values(name)) / sum(values(whole)) if sum(values(whole)) else None
+
+    def weighted(name: str, weight: str) -> float | None:
+        total = sum(values(weight))
+        return sum(row[name] * row[weight] for row in rows if row.get(weight)) / total if total else None
+
+    known = [row for row in rows if row.get("things")]
+    things = sum(row["things"] for row in known)
+    artist = sum(row["true_segments"] for row in known)
     return {
         "pictures": len(rows),
         "mse_median": statistics.median(values("mse")),
         **{name: sum(row[name] for row in rows) for name in ("needless", "mergeable", "nearly_opaque")},
-        **{name: sum(values(name)) / layers if layers else None for name in ("in_one_region", "self_crossing")},
+        **{name: share(name, "paths") for name in ("in_one_region", "self_crossing", "gradients")},
+        "colored": share("colored", "opaque"),
+        "overlap": weighted("overlap", "things"),
+        "hidden_overlap": weighted("hidden_overlap", "hidden"),
+        **{name: share(name, "things") for name in ("found", "missed", "extra")},
+        "layers_a_thing": sum(row["paths"] for row in known) / things if things else None,
+        "cubics_ratio": sum(row["segments"] for row in known) / artist if artist else None,
         **{name: mean(name.removesuffix("_mean")) for name in SUMMARY if name.endswith("_mean")},
     }
