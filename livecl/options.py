@@ -18,6 +18,9 @@ from livecl.image.background import check_background
 #: Fall of the mean squared error that a path must be worth where the number of paths is left to the program. A black
 #: dot of one pixel on white, at 240 x 240, is worth 1.7e-5.
 AUTO_PATH_GAIN = 1e-5
+#: Opacity from which on a fill is meant to be opaque: paint starts so, and `opacity` "snap" makes it so; at no cost in
+#: error on faces (docs/notes/quality.md).
+OPAQUE_FROM = 0.9
 #: Expectations in messages on wrong arguments.
 WANTED_OPTIONS = "livecl.Options, as Options() or Options.preset('icon')"
 

@@ -69,9 +69,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    parser = Parser(
-        description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
-    )
+    parser = Parser(description=__doc__, epilog=EPILOG)
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="output folder")
     parser.add_argument("--mnist", type=Path, metavar="DIR", help="folder with MNIST's files (default: drawn digits)")
     parser.add_argument("--model", type=Path, metavar="FILE", help="a model trained before, instead of training one")

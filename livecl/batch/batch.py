@@ -25,8 +25,37 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
+@dataclasses.dataclass(frozen=True)
+class Workers:
+    """Workers of a batch: how many, cores for each, and the address of a Dask scheduler, if any.
+
+    Raises
+    ------
+    ValueError
+        If a number is not usable; the message names it.
+    """
+
+    count: int | None = None
+    threads: int = 1
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("workers", self.count), ("threads", self.threads)):
+            if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
+                raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least 1")
+
+
 class Batch:
     """A batch whose arguments have been checked; see :func:`vectorize_files`.
+
+    Parameters
+    ----------
+    inputs, output_folder, skip_done
+        As for :func:`vectorize_files`.
+    work : Work
+        Recipe, device and time limit.
+    workers : Workers, optional
+        Who does it.
 
     Attributes
     ----------
@@ -40,37 +69,29 @@ class Batch:
         self,
         inputs: Iterable[str | os.PathLike[str]] | str | os.PathLike[str],
         output_folder: str | os.PathLike[str],
+        work: Work,
+        workers: Workers | None = None,
         *,
-        recipe: Recipe | None = None,
-        device: int | str | None = None,
-        workers: int | None = None,
-        threads: int = 1,
-        scheduler: str | None = None,
         skip_done: bool = True,
-        time_limit: float | None = None,
     ) -> None:
-        for name, value in (("workers", workers), ("threads", threads)):
-            if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
-                raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least 1")
         self.pictures = find_pictures([inputs] if isinstance(inputs, (str, os.PathLike)) else inputs)
         self._folder = Path(output_folder)
         _check_output_folder(self._folder)
         self._summary = Summary(self._folder)
-        self.recipe = Recipe() if recipe is None else recipe
+        self.recipe = work.recipe
         self._fingerprint = self.recipe.fingerprint
-        self._work = Work(self.recipe, device, time_limit)
+        self._work, self._workers = work, Workers() if workers is None else workers
         # A picture that was stopped is done for the same time limit only.
-        self._stopped_fingerprint = _digest(f"{self._fingerprint} {time_limit}".encode())
-        self._workers, self._threads, self._scheduler = workers, threads, scheduler
+        self._stopped_fingerprint = _digest(f"{self._fingerprint} {work.time_limit}".encode())
         self._skip_done = skip_done
-        if scheduler is None:
+        if self._workers.scheduler is None:
             from livecl.opencl.device import choose_device
 
-            choose_device(device)
+            choose_device(work.device)
         else:
             from livecl.batch.cluster import check_scheduler
 
-            check_scheduler(scheduler)
+            check_scheduler(self._workers.scheduler)
 
     def run(self, on_outcome: Callable[[Outcome], None] | None = None) -> list[Outcome]:
         """Do the work; see :func:`vectorize_files`."""
@@ -107,15 +128,16 @@ class Batch:
         return [outcomes[number] for number in sorted(outcomes)]
 
     def _connect(self, stack: contextlib.ExitStack) -> Client | None:
-        if self._scheduler is None:
+        workers = self._workers
+        if workers.scheduler is None:
             return None
         from livecl.batch.cluster import connected
 
-        return stack.enter_context(connected(self._scheduler, workers=self._workers, threads=self._threads))
+        return stack.enter_context(connected(workers.scheduler, workers=workers.count, threads=workers.threads))
 
     def _answers(self, tasks: Iterator[Task], client: Client | None) -> Generator[tuple[int, Made | str], None, None]:
         if client is None:
-            return work_locally(tasks, self._work, workers=self._workers, threads=self._threads)
+            return work_locally(tasks, self._work, workers=self._workers.count, threads=self._workers.threads)
         from livecl.batch.cluster import work_on_cluster
 
         return work_on_cluster(tasks, self._work, client)
@@ -224,18 +246,8 @@ def vectorize_files(
     LiveclError
         If worker processes do not start, or the scheduler is lost.
     """
-    batch = Batch(
-        inputs,
-        output_folder,
-        recipe=recipe,
-        device=device,
-        workers=workers,
-        threads=threads,
-        scheduler=scheduler,
-        skip_done=skip_done,
-        time_limit=time_limit,
-    )
-    return batch.run(on_outcome)
+    work = Work(Recipe() if recipe is None else recipe, device, time_limit)
+    return Batch(inputs, output_folder, work, Workers(workers, threads, scheduler), skip_done=skip_done).run(on_outcome)
 
 
 def _check_output_folder(folder: Path) -> None:

@@ -68,8 +68,6 @@ def build_parser() -> Parser:
         usage="livecl IN -o OUT.svg [options]\n       livecl IN... -o FOLDER [options]",
         description=DESCRIPTION,
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
         add_help=False,
     )
     _add_files(parser.add_argument_group("files").add_argument)

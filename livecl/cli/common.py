@@ -26,7 +26,7 @@ class BadInputError(ValueError):
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line, without the usage text.
+    """A parser whose errors are one line, without the usage text; options are not abbreviated.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, **arguments: Any) -> None:
-        super().__init__(**arguments)
+        super().__init__(**arguments, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
         self.settings: dict[str, argparse.Action] = {}
 
     def error(self, message: str) -> NoReturn:

@@ -52,8 +52,6 @@ def build_parser() -> argparse.ArgumentParser:
         prog=COMMAND,
         description=DESCRIPTION,
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
     )
     parser.add_argument("a", type=Path, metavar="A", help="where it begins: an SVG, or a picture")
     parser.add_argument("b", type=Path, metavar="B", help="where it ends")

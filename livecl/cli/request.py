@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.batch.batch import Batch
+from livecl.batch.batch import Batch, Workers
 from livecl.batch.inputs import is_pattern
+from livecl.batch.worker import Work
 from livecl.cli.method import given_options
 from livecl.cli.outputs import OUTPUTS, STANDARD, Output, check_outputs
 from livecl.drawing.assembly import empty_drawing
@@ -206,17 +207,9 @@ def _checked_batch(arguments: argparse.Namespace, recipe: Recipe) -> BatchJob:
         if getattr(arguments, name):
             option = name.replace("_", "-")
             raise ValueError(f"--{option}: goes with one picture; a folder of SVGs goes on by itself where it was left")
-    batch = Batch(
-        arguments.inputs,
-        arguments.output,
-        recipe=recipe,
-        device=arguments.device,
-        workers=arguments.workers,
-        threads=arguments.threads or 1,
-        scheduler=arguments.scheduler,
-        skip_done=not arguments.redo,
-        time_limit=arguments.time_limit,
-    )
+    work = Work(recipe, arguments.device, arguments.time_limit)
+    workers = Workers(arguments.workers, arguments.threads or 1, arguments.scheduler)
+    batch = Batch(arguments.inputs, arguments.output, work, workers, skip_done=not arguments.redo)
     return BatchJob(batch=batch, folder=arguments.output, quiet=arguments.quiet)
 
 

@@ -48,8 +48,6 @@ def build_parser() -> argparse.ArgumentParser:
         prog=COMMAND,
         description=DESCRIPTION,
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
     )
     parser.add_argument(
         "frames", nargs="+", type=Path, metavar="FRAMES", help="pictures of one size, in order, or folders of them"

@@ -3,10 +3,14 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
+#: Closed subpaths (s, 3, 2) of a layer, px: rows as in `Drawing.points`.
+Outline: TypeAlias = list[FloatArray]
 
 
 def circle(center: ArrayLike, radius: float, segments: int) -> FloatArray:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +24,8 @@ CHORDS = 32
 _NEVER = 1e15
 
 FloatArray = NDArray[np.float64]
-Outline = list[FloatArray]
+#: Closed subpaths of a layer, each (m, 4, 2) px: all four control points of its segments.
+CubicPaths: TypeAlias = list[FloatArray]
 
 
 def split(cubic: ArrayLike, count: int) -> FloatArray:
@@ -116,7 +118,7 @@ def best_shift(fixed: ArrayLike, moving: ArrayLike) -> tuple[int, float]:
     return shift, float(np.mean(np.abs(difference) ** 2))
 
 
-def align(first: Sequence[ArrayLike], second: Sequence[ArrayLike]) -> tuple[Outline, Outline]:
+def align(first: Sequence[ArrayLike], second: Sequence[ArrayLike]) -> tuple[CubicPaths, CubicPaths]:
     """Return two outlines with subpaths, segments and points that correspond.
 
     Subpaths that lie alike within their outlines are matched, never a hole with a filled one; to one that is left
@@ -151,7 +153,7 @@ def align(first: Sequence[ArrayLike], second: Sequence[ArrayLike]) -> tuple[Outl
     return [pair[0] for pair in aligned], [pair[1] for pair in aligned]
 
 
-def _matched(a: Outline, b: Outline) -> tuple[list[tuple[int | None, int | None]], float]:
+def _matched(a: CubicPaths, b: CubicPaths) -> tuple[list[tuple[int | None, int | None]], float]:
     """Pair the subpaths of two outlines, directions as they are; return the pairs, and their cost, px^2."""
     distances = np.empty((len(a), len(b)))
     alone = len(a) == len(b) == 1
@@ -189,7 +191,7 @@ def _mean(subpath: FloatArray) -> FloatArray:
     return mean
 
 
-def _center(outline: Outline) -> FloatArray:
+def _center(outline: CubicPaths) -> FloatArray:
     """Middle of the box around the control points, which small holes do not move: (2,), px."""
     bounds = bezier.hull_bounds(np.concatenate(outline).reshape(-1, 2))
     return (bounds[:2] + bounds[2:]) / 2

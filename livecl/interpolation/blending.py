@@ -14,7 +14,7 @@ from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
 from livecl.errors import check_type
 from livecl.geometry import bezier
-from livecl.interpolation.alignment import Outline, align
+from livecl.interpolation.alignment import CubicPaths, align
 from livecl.interpolation.matching import Match, match_layers
 
 #: Transitions of layers without a partner.
@@ -22,7 +22,7 @@ Lone = Literal["fade", "grow"]
 
 FloatArray = NDArray[np.float64]
 #: Outline and colour, straight RGBA.
-_Layer: TypeAlias = tuple[Outline, FloatArray]
+_Layer: TypeAlias = tuple[CubicPaths, FloatArray]
 
 
 @overload
@@ -198,5 +198,5 @@ def _absent(layer: _Layer, lone: Lone) -> _Layer:
     return [np.broadcast_to(middle, subpath.shape) for subpath in outline], color
 
 
-def _outline(drawing: Drawing, layer: int) -> Outline:
+def _outline(drawing: Drawing, layer: int) -> CubicPaths:
     return [drawing.cubics[subpath] for subpath in drawing.subpaths(layer)]

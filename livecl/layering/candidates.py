@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.fitting import fit_outlines
-from livecl.geometry.outlines import circle, random_outline, reversed_path
+from livecl.geometry.outlines import Outline, circle, random_outline, reversed_path
 from livecl.image.errors import visible_error
 from livecl.layering.amodal import completed
 from livecl.layering.components import Place
@@ -21,13 +21,10 @@ from livecl.layering.masks import border, holes, without_holes
 from livecl.layering.painting import Painting, Trial
 from livecl.layering.regions import Region, RegionFinder
 from livecl.layering.stack import WHOLE, Window, meet, window_of
-from livecl.options import Options
-from livecl.training.step import OPAQUE_FROM
+from livecl.options import OPAQUE_FROM, Options
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-#: Subpaths (s, 3, 2) of a layer, px.
-Outline = list[FloatArray]
 
 #: Pixels under which a region is too small for its border to tell more than a circle of its area.
 SMALL_REGION = 12

@@ -20,8 +20,8 @@ from livecl.layering.contributions import (
     visible_shares,
 )
 from livecl.layering.neighbors import flat_regions, mergeable_pairs
+from livecl.options import OPAQUE_FROM
 from livecl.rendering.rasterizer import Rasterizer
-from livecl.training.step import OPAQUE_FROM
 
 #: Share of a layer's visible pixels from which on it lies in one region.
 ONE_REGION_SHARE = 0.85

@@ -43,14 +43,8 @@ class Pipeline:
 
     Parameters
     ----------
-    launcher : Launcher
-        Where buffers live and kernels run.
-    grid : Grid
-        Strips and tiles of the canvas.
-    tolerance : float
-        Distance px between curve and lines where the caller does not say how many lines.
-    max_tiles : int
-        Tiles that are worked on at a time.
+    launcher, grid, tolerance, max_tiles
+        As for :class:`livecl.rendering.device_drawing.Scene`.
     """
 
     def __init__(self, launcher: Launcher, grid: Grid, tolerance: float, max_tiles: int) -> None:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import hashlib
 import itertools
 import json
@@ -178,6 +177,7 @@ class Recipe:
         from livecl.image.errors import mse
         from livecl.image.reading import as_image
         from livecl.rendering.single import render
+        from livecl.run.beginning import Beginning
         from livecl.run.result import RunError
         from livecl.run.vectorization import vectorize_pixels
 
@@ -185,18 +185,13 @@ class Recipe:
         size = (pixels.shape[0], pixels.shape[1])
         smaller = working_size(size, self.size)
         target, start = reduced(pixels, smaller), self.start_on(size)
-        run = functools.partial(
-            vectorize_pixels,
-            target,
+        beginning = Beginning(
             paths=self.paths,
             schedule=self.schedule,
             options=self.options.choosing_paths() if self.chooses_paths else self.options,
-            device=device,
             seed=self.seed,
-            on_step=on_step,
             start=None if start is None else scaled(start, smaller),
             lock=self.lock,
-            control=control,
         )
 
         def finished(stage: Stage, measured: bool) -> Stage:
@@ -214,7 +209,7 @@ class Recipe:
             )
 
         try:
-            return enlarged(run())
+            return enlarged(vectorize_pixels(target, beginning, device, on_step, control))
         except RunError as error:
             if error.result is not None:
                 error.result = enlarged(error.result, measured=False)  # the device may have failed

@@ -7,9 +7,6 @@ import dataclasses
 from collections.abc import Callable, Iterable, Sequence
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from livecl.drawing.assembly import concatenate
 from livecl.drawing.checks import python_number
 from livecl.drawing.drawing import Drawing
@@ -19,6 +16,7 @@ from livecl.image.reading import Picture, as_image
 from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.interpolation.blending import collapsed
 from livecl.options import WANTED_OPTIONS, Options
+from livecl.run.beginning import Beginning
 from livecl.run.hints import with_hints
 from livecl.run.result import Result
 from livecl.run.vectorization import vectorize_pixels
@@ -134,20 +132,26 @@ def vectorize_sequence(
             before = results[-1].drawing
             if before.background is None:
                 refining = dataclasses.replace(refining, background=NONE)
-            result = vectorize_pixels(target, options=refining, device=device, seed=seed, start=before)
+            beginning = Beginning(options=refining, seed=seed, start=before)
+            result = vectorize_pixels(target, beginning, device)
             first_mse = results[0].mse
             if add_paths and result.mse >= max(POOR_RATIO * first_mse, first_mse + POOR_RISE):
-                result = _with_paths_added(result, target, str(add_paths), refining, options.prune, device, seed)
+                more = dataclasses.replace(
+                    beginning,
+                    schedule=str(add_paths),
+                    options=dataclasses.replace(refining, prune=options.prune),
+                    start=result.drawing,
+                )
+                result = _better(result, vectorize_pixels(target, more, device))
         else:
-            result = vectorize_pixels(
-                target,
+            beginning = Beginning(
                 paths=paths,
                 schedule=schedule,
                 options=options,
-                device=device,
                 seed=seed,
                 start=None if start is None else scaled(start, smaller),
             )
+            result = vectorize_pixels(target, beginning, device)
             if not result.drawing.num_layers:
                 raise ValueError("images: 0 is of the background's colour all over, so there is no layer to go on with")
         results.append(result)
@@ -189,20 +193,8 @@ def _refining(options: Options, iterations: int) -> Options:
     )
 
 
-def _with_paths_added(
-    refined: Result,
-    target: NDArray[np.float32],
-    schedule: str,
-    options: Options,
-    prune: float,
-    device: int | str | None,
-    seed: int,
-) -> Result:
-    """Add paths, of which those worth less than `prune` are dropped again; return the result, or the one before."""
-    options = dataclasses.replace(options, prune=prune)
-    added = vectorize_pixels(
-        target, schedule=schedule, options=options, device=device, seed=seed, start=refined.drawing
-    )
+def _better(refined: Result, added: Result) -> Result:
+    """Return the result with paths added if it is better by enough, else the one before; with the time of both."""
     kept = added if added.mse <= GOOD_RATIO * refined.mse else refined
     return dataclasses.replace(kept, seconds=refined.seconds + added.seconds)
 

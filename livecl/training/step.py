@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl.geometry.untangle import untangle
+from livecl.options import OPAQUE_FROM
 from livecl.rendering.rasterizer import Gradients, Rasterizer
 from livecl.training.adam import decayed, settling
 from livecl.training.fills import hold_fills
@@ -18,9 +19,6 @@ from livecl.training.state import State
 PIECES_PERIOD = 10
 #: Steps between two looks for outlines that cross themselves.
 UNTANGLE_PERIOD = 25
-#: Opacity from which on a fill is meant to be opaque: paint starts so, and `opacity` "snap" makes it so; at no cost in
-#: error on faces (docs/notes/quality.md).
-OPAQUE_FROM = 0.9
 #: Steps over which the learning rate decays by the factor that the options name.
 DECAY_PERIOD = 500
 

@@ -20,6 +20,7 @@ import livecl
 from livecl.batch.batch import Batch, vectorize_files
 from livecl.batch.pool import MAX_ATTEMPTS
 from livecl.batch.summary import Outcome
+from livecl.batch.worker import Work
 from livecl.errors import DeviceError, LiveclError
 from livecl.run.recipe import Recipe
 
@@ -194,7 +195,7 @@ def test_another_s_table_is_not_overwritten(tmp_path: Path) -> None:
     files = make_pictures(tmp_path / "in", 1)
     (tmp_path / "summary.csv").write_text("sales,2024\n")
     with pytest.raises(ValueError, match=r"summary\.csv: is not the table of a batch and would be overwritten"):
-        Batch(files, tmp_path, recipe=QUICK)
+        Batch(files, tmp_path, Work(QUICK))
     assert (tmp_path / "summary.csv").read_text(encoding="utf-8") == "sales,2024\n"
 
 

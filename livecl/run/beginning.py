@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Beginning`: paths, options, seed and start drawing of one run, and the progress that it begins with on a picture."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.assembly import empty_drawing
+from livecl.drawing.drawing import Drawing
+from livecl.image.background import TRAIN, background_for, target_over
+from livecl.options import Options
+from livecl.run.progress import Progress
+from livecl.schedule import MAX_AUTO_PATHS, MAX_DEFAULT_PATHS, growing_schedule, parse_schedule
+
+#: Colours of a flat picture are read off it: they are hardly trained.
+STRUCTURE_COLOR_RATE = 2e-4
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Beginning:
+    """Beginning of a run, whatever the picture.
+
+    Parameters
+    ----------
+    paths, schedule, options, seed, start, lock
+        As for :func:`livecl.vectorize`; `start` of the picture's size.
+
+    Raises
+    ------
+    ValueError
+        If the seed is not usable.
+    """
+
+    paths: int | Literal["auto"] | None = None
+    schedule: str | Sequence[int] | None = None
+    options: Options = dataclasses.field(default_factory=Options)
+    seed: int = 0
+    start: Drawing | None = None
+    lock: Sequence[int] = ()
+
+    def __post_init__(self) -> None:
+        if self.paths == "auto":
+            object.__setattr__(self, "options", self.options.choosing_paths())
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
+            raise ValueError(f"seed: got {self.seed!r}, wanted a whole number of at least 0")
+
+    def progress(self, image: NDArray[np.float32]) -> Progress:
+        """Return the progress before the first stage on a picture, (H, W, 3) or (H, W, 4).
+
+        Raises
+        ------
+        ValueError
+            If start drawing or locked layers do not fit.
+        """
+        size, start, options = (image.shape[0], image.shape[1]), self.start, self.options
+        if start is None:
+            if len(self.lock):
+                raise ValueError("lock: names layers of a drawing; give the drawing as start")
+            drawing = empty_drawing(size, background_for(options.background, image))
+            options = placed_by(options, image, drawing, sum(self._stages(options)))
+            return Progress.start(drawing, options, self._stages(options), self.seed)
+        if start.size != size:
+            raise ValueError(f"start: a canvas of {start.size} px, wanted the picture's {size}")
+        if options.variant == "released":
+            raise ValueError("start: variant 'released' trains the newest paths only, so it starts from nothing")
+        refines = start.num_layers > 0
+        stages = self._stages(options) if self.schedule or self.paths or not refines else ()
+        drawing = start.replace(background=background_for(options.background, image, start.background))
+        locked, wanted = np.zeros(start.num_layers, bool), f"numbers of the {start.num_layers} layers, from 0 on"
+        try:
+            locked[np.array(self.lock, dtype=np.intp)] = True
+        except (IndexError, TypeError, ValueError):
+            raise ValueError(f"lock: got {self.lock!r}, wanted {wanted}") from None
+        options = dataclasses.replace(options, placement="region") if options.placement == "structure" else options
+        return Progress.start(drawing, options, (0, *stages) if refines else stages, self.seed, locked)
+
+    def _stages(self, options: Options) -> tuple[int, ...]:
+        """Return the paths of each stage: by the picture where none are named and each is judged by its gain."""
+        if self.paths is None and self.schedule is None and options.path_gain:
+            return growing_schedule(MAX_AUTO_PATHS if options.placement == "structure" else MAX_DEFAULT_PATHS)
+        return parse_schedule(self.schedule, self.paths)
+
+
+def placed_by(options: Options, image: NDArray[np.float32], drawing: Drawing, count: int) -> Options:
+    """Return the options with the placement that suits a picture and a number of paths: structure or regions.
+
+    Structure where the picture is flat and has not many more shapes: one path paints one shape there.
+
+    Structure stays as it is found: there are no revisions, which trade it for error, and no merging.
+    """
+    if options.placement != "structure":
+        return options
+    if options.shape == "outline" and options.background != TRAIN and options.new_color == "target":
+        from livecl.layering.structure import structured  # loads SciPy
+
+        if structured(target_over(image, drawing.background), drawing.background, count):
+            opacity: Literal["opaque", "train"] = "train" if options.opacity == "train" else "opaque"
+            return dataclasses.replace(
+                options, revisions=0, merge=False, opacity=opacity, color_learning_rate=STRUCTURE_COLOR_RATE
+            )
+    return dataclasses.replace(options, placement="region")
