@@ -102,7 +102,8 @@ class Scene:
         if drawing.fills.any_gradients:
             start, packed = 4 + drawing.colors.size + drawing.points.size, pack_fills(drawing.fills)
             colors = _with_least_opacities(drawing)
-        self.launcher.write_reals("params", background, np.array([start]), colors.ravel(), drawing.points.ravel(), packed)
+        numbers = background, np.array([start]), colors.ravel(), drawing.points.ravel(), packed
+        self.launcher.write_reals("params", *numbers)
 
     def place(self, *uses: Use) -> list[Placed]:
         """Lay out, for each use, the lines and the spans within reach of the loaded drawing's outlines."""

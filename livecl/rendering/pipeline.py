@@ -120,7 +120,7 @@ class Pipeline:
             return self._begin_plain("composite_loss", pieces)
         uses = Use("distance", weight.pieces, weight.tau), Use("coverage", pieces, 0)
         distances, placed = self._scene.place(*uses)
-        joint = len(distances.spans.bands) == len(placed.spans.bands) == 1  # else closeness is there for some strips only
+        joint = len(distances.spans.bands) == len(placed.spans.bands) == 1  # else not all closeness is there at a time
         sizes = self._backward_sizes(placed) | ({} if joint else {"distance_weight": self._sizes.planes(1)})
         self._reserve(sizes, coverage=placed, distance=distances)
         self._scene.flatten(*uses)
@@ -158,7 +158,7 @@ class Pipeline:
         self.launcher("coverage_forward", band.num_spans, "coverage")
 
     def _weigh(self, weight: DistanceWeight, spans: Spans, closest_from: int | None) -> None:
-        """Make the plane ``distance_weight``: the factors need the sums of all bands, then each band is measured again."""
+        """Make the plane ``distance_weight``: factors need the sums of all bands, then each is measured again."""
         run = self.launcher
         run.set(first_layer=closest_from or 0, released=closest_from is not None)
         run.set(tau=float(weight.tau), factor_scale=1.0)
