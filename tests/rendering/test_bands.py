@@ -14,7 +14,7 @@ from support.runs import SMALL
 
 from livecl import Options, Rasterizer, vectorize
 from livecl.opencl.launcher import Launcher
-from livecl.run import run as run_module
+from livecl.run import work
 
 CASES = ["translucent", "holes", "across the canvas's borders", "tangles", "33x50"]
 
@@ -87,7 +87,7 @@ def test_memory_is_bounded_by_the_tiles_of_a_band(device: int, monkeypatch: pyte
 @pytest.mark.parametrize("options", [Options.paper(iterations=4), Options(iterations=4, revisions=1)])
 def test_the_loop_is_the_same_in_bands(options: Options, device: int, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = vectorize(SMALL, schedule=[1, 2], options=options, device=device)
-    monkeypatch.setattr(run_module, "Rasterizer", functools.partial(Rasterizer, max_tiles=2))
+    monkeypatch.setattr(work, "Rasterizer", functools.partial(Rasterizer, max_tiles=2))
     banded = vectorize(SMALL, schedule=[1, 2], options=options, device=device)
     assert banded.drawing.num_layers == whole.drawing.num_layers
     # Sums of gradients in another order, which a few steps of Adam do not yet make more of.
