@@ -17,7 +17,7 @@ from livecl.drawing.assembly import empty_drawing
 from livecl.image.reading import premultiplied
 from livecl.layering.pruning import least_useful
 from livecl.run.loop import train
-from livecl.run.phases import MAX_FAILURES, MIN_IMPROVEMENT, Grow, Refine, Revise, Shade, plan_of
+from livecl.run.phases import Grow, Refine, Revise, Shade, plan_of
 from livecl.run.progress import Progress
 from livecl.run.run import Run
 from livecl.svg import format_svg, quantize
@@ -116,10 +116,13 @@ def test_no_path_worth_placing_leaves_out_the_stages_left(place: int, device: in
     assert {step.stage for step in steps if step.kind == "revise"} <= {3} and len(result.stages) == 1
 
 
-@pytest.mark.parametrize(("after", "kept"), [(1 - 1.01 * MIN_IMPROVEMENT, True), (1 - 0.99 * MIN_IMPROVEMENT, False)])
+@pytest.mark.parametrize(
+    ("after", "kept"), [(1 - 1.01 * Revise.min_improvement, True), (1 - 0.99 * Revise.min_improvement, False)]
+)
 def test_a_revision_is_kept_if_it_lowers_the_error_by_enough(
-    after: float, kept: bool, device: int, monkeypatch: pytest.MonkeyPatch
+    share: float, kept: bool, device: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    after = 1 - share * Revise.min_improvement
     run = started([FREE] * 4, device)
     before, run.progress.failures = run.state.drawing, 1
     assert run.begin()
@@ -138,14 +141,14 @@ def test_a_revision_is_kept_if_it_lowers_the_error_by_enough(
 def test_revisions_end_when_they_fail_too_often_or_have_nothing_to_replace(device: int) -> None:
     run = started([FREE, KEPT, KEPT, KEPT], device)
     assert not run.finished
-    for failures in range(MAX_FAILURES):
+    for failures in range(Revise.max_failures):
         run.progress.failures = failures
         assert not run.finished
-    run.progress.failures = MAX_FAILURES
+    run.progress.failures = Revise.max_failures
     assert run.finished
     assert started([KEPT, LOCKED, KEPT, KEPT], device).finished
     growing = new_run(QUICK, (1,), device)
-    growing.progress.failures = MAX_FAILURES
+    growing.progress.failures = Revise.max_failures
     assert not growing.finished, "there is no layer yet, nor any revision"
 
 
