@@ -70,7 +70,7 @@ def format_animated_svg(
     _check_structure(drawings)
     check_number("seconds", seconds, MIN_SECONDS)
     check_number("hold", hold, 0)
-    documents = [ElementTree.fromstring(format_svg(drawing, precision)) for drawing in drawings]
+    documents = [ElementTree.fromstring(format_svg(drawing, precision, cubics=True)) for drawing in drawings]
     timeline = _timeline(len(drawings), seconds, hold, bounce)
     if drawings[0].background is not None:
         rects = [next(document.iter(f"{{{SVG_NAMESPACE}}}rect")) for document in documents]

@@ -19,8 +19,8 @@ from livecl.errors import SvgError, readable
 from livecl.geometry import bezier
 from livecl.svg.document import parse_document, read_document
 from livecl.svg.layer import Layer
+from livecl.svg.outline_data import MAX_PRECISION
 from livecl.svg.walker import Walker
-from livecl.svg.writer import MAX_PRECISION
 
 #: Excess of a side of the canvas over whole pixels that adds no pixel, px: converted units round that much.
 NO_PIXEL = 1e-3

@@ -10,25 +10,21 @@ from typing import TYPE_CHECKING, Literal, get_args
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livecl.drawing.colors import format_rgb
 from livecl.drawing.strokes import DEFAULT_MITER_LIMIT
 from livecl.files import write_atomically
 from livecl.geometry.strokes import CAPS, JOINS
+from livecl.svg.outline_data import MAX_PRECISION, format_outline, rounded_points
 from livecl.svg.servers import PaintServer, format_decimal, format_gradients, without_plain_gradients
 
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 LayerStyle = Literal["inkscape", "plain"]
 
 SVG_NAMESPACE = "http://www.w3.org/2000/svg"
 INKSCAPE_NAMESPACE = "http://www.inkscape.org/namespaces/inkscape"
-#: Most decimals of a coordinate, and what the reader rounds to: beyond it float64 does not hold the largest ones.
-MAX_PRECISION = 9
 
 _OWN_ID = re.compile(r"(layer-\d+)((?:-[a-z]+)+)")
 
@@ -47,14 +43,16 @@ def quantize(drawing: Drawing, precision: int = 3) -> Drawing:
     -------
     Drawing
         Colours, opacities, stops and background at multiples of 1/255, points of outlines and gradients at multiples of
-        ``10**-precision``, and so widths of strokes; gradients that are of one colour then, or without extent, are
-        solid.
+        ``10**-precision``, and so widths of strokes, handles of straight segments at thirds; gradients that are of one
+        colour then, or without extent, are solid.
     """
     if precision not in range(MAX_PRECISION + 1):
         raise ValueError(f"precision: got {precision!r}, wanted 0 to {MAX_PRECISION} decimals")
+    drawn = np.ones(drawing.num_segments, bool)
+    drawn[drawing.subpath_offsets[1:][drawing.strokes.is_open] - 1] = False
     fills, colors = without_plain_gradients(drawing.fills.quantized(int(precision)), drawing.colors)
     return drawing.replace(
-        points=np.round(drawing.points, int(precision)) + 0.0,  # turns -0 into 0
+        points=rounded_points(drawing.points, drawing.next_segments, drawn, int(precision)),
         colors=np.round(colors * 255) / 255,
         background=None if drawing.background is None else np.round(drawing.background * 255) / 255,
         fills=fills,
@@ -62,7 +60,7 @@ def quantize(drawing: Drawing, precision: int = 3) -> Drawing:
     )
 
 
-def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inkscape") -> str:
+def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inkscape", *, cubics: bool = False) -> str:
     """Return a drawing as SVG text.
 
     A ``<path>`` for each layer in paint order, filled by the nonzero rule, or stroked; the background is a rectangle
@@ -79,6 +77,8 @@ def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inksc
         ``inkscape``: layers that one stage added, where they follow each other, form a group which Inkscape shows as a
         layer, and names are Inkscape's labels. ``plain``: neither groups nor Inkscape's attributes; names are ids, or
         a ``<title>`` where an id cannot say them. The stages are not kept.
+    cubics : bool
+        Whether all segments are written as cubics, as animations need; straight ones are lines otherwise.
     """
     if layers not in get_args(LayerStyle):
         raise ValueError(f"layers: got {layers!r}, wanted one of {', '.join(get_args(LayerStyle))}")
@@ -100,7 +100,7 @@ def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inksc
         definitions = dict.fromkeys(server.definition for server in servers.values())
         lines += ["  <defs>", *(f"    {definition}" for definition in definitions), "  </defs>"]
     paths = [
-        _format_path(identifier, label, _format_paint(drawing, layer, precision, servers.get(layer)), layers)
+        _format_path(identifier, label, _format_paint(drawing, layer, precision, servers.get(layer), cubics), layers)
         for layer, (identifier, label) in enumerate(zip(ids, labels, strict=True))
     ]
     if layers == "plain":
@@ -158,7 +158,7 @@ def _format_path(identifier: str, label: str, paint: str, layers: LayerStyle) ->
     return f'<path id="{identifier}" {paint}><title>{escape(label)}</title></path>'
 
 
-def _format_paint(drawing: Drawing, layer: int, precision: int, server: PaintServer | None) -> str:
+def _format_paint(drawing: Drawing, layer: int, precision: int, server: PaintServer | None, cubics: bool) -> str:
     """Paint and path data of a layer, as attributes. The nonzero rule is SVG's default."""
     rgba, is_stroked = drawing.colors[layer], drawing.strokes.widths[layer] > 0
     name = "stroke" if is_stroked else "fill"
@@ -169,7 +169,7 @@ def _format_paint(drawing: Drawing, layer: int, precision: int, server: PaintSer
         paint = f'fill="none" {paint} {_format_pen(drawing, layer, precision)}'
     first = drawing.layer_offsets[layer]
     data = "".join(
-        _format_subpath(drawing.points[rows], precision, is_open=bool(drawing.strokes.is_open[first + number]))
+        format_outline(drawing.points[rows], precision, bool(drawing.strokes.is_open[first + number]), cubics)
         for number, rows in enumerate(drawing.subpaths(layer))
     )
     return f'{paint} d="{data}"'
@@ -186,28 +186,3 @@ def _format_pen(drawing: Drawing, layer: int, precision: int) -> str:
     elif strokes.miter_limits[layer] != DEFAULT_MITER_LIMIT:
         pen += f' stroke-miterlimit="{strokes.miter_limits[layer]:.9g}"'
     return pen
-
-
-def _format_subpath(points: FloatArray, precision: int, is_open: bool) -> str:
-    """Path data of one subpath (m, 3, 2); a closed one's last cubic is written out to the first anchor.
-
-    Coordinates are relative, which is a fifth shorter, unless the subpath is so long or so far away that a reader in
-    float64, which adds them up, could miss a rounded coordinate by half of the last decimal that it rounds to.
-    """
-    units = np.rint(points * 10**precision).astype(np.int64)
-    row = units.reshape(-1, 2)[:-2] if is_open else np.concatenate([units.reshape(-1, 2), units[0, :1]])
-    drift = 2 * (len(points) + 1) * np.spacing(np.abs(points).max())
-    relative = drift < 0.5 * 10**-MAX_PRECISION
-    moves = row[1:] - np.repeat(row[:-1:3], 3, axis=0) if relative else row[1:]
-    data = f"M{_format_numbers(row[:1], precision)}{'c' if relative else 'C'}{_format_numbers(moves, precision)}"
-    return data if is_open else f"{data}Z"
-
-
-def _format_numbers(units: IntArray, precision: int) -> str:
-    """Return numbers of the last decimal, spaced only where no sign or point parts them already."""
-    numbers = [format_decimal(number, precision) for number in units.reshape(-1).tolist()]
-    parts = [
-        number if number[0] == "-" or (number[0] == "." and "." in before) else " " + number
-        for before, number in itertools.pairwise(numbers)
-    ]
-    return numbers[0] + "".join(parts)

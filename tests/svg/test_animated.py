@@ -43,7 +43,7 @@ def animations(text: str) -> dict[str, dict[str, str]]:
 
 
 def path_data(drawing: Drawing, layer: int) -> str | None:
-    return list(ElementTree.fromstring(format_svg(drawing)).iter(f"{SVG}path"))[layer].get("d")
+    return list(ElementTree.fromstring(format_svg(drawing, cubics=True)).iter(f"{SVG}path"))[layer].get("d")
 
 
 def test_what_stands_still_is_not_animated() -> None:
