@@ -8,6 +8,7 @@ import pytest
 from support.svg_documents import left_out, read
 
 from livecl.drawing import Drawing, Strokes
+from livecl.errors import SvgError
 from livecl.geometry.strokes import CAPS, JOINS
 from livecl.svg import format_svg, quantize, read_svg
 
@@ -94,9 +95,8 @@ def test_transforms_scale_the_pen(transform: str, effect: str, width: float) -> 
 
 
 def test_a_stretched_stroke_is_its_outline() -> None:
-    drawing, names = left_out(f'<path d="M10 10H30" {STROKE} stroke-width="4" transform="scale(1 3)"/>')
+    drawing = read(f'<path d="M10 10H30" {STROKE} stroke-width="4" transform="scale(1 3)"/>')
 
-    assert not names
     assert not drawing.strokes.any
     np.testing.assert_allclose(drawing.points[..., 0].min(), 10)
     assert drawing.points[..., 1].min() == pytest.approx(24)
@@ -130,7 +130,7 @@ def test_odd_dashes_repeat_and_negative_ones_are_none() -> None:
 
 
 def test_too_many_dashes_are_refused() -> None:
-    with pytest.raises(ValueError, match="dashes"):
+    with pytest.raises(SvgError, match="dashes"):
         read(f'<path d="M0 5H90" {STROKE} stroke-dasharray="0.0001"/>')
 
 
@@ -138,7 +138,7 @@ def test_too_many_dashes_are_refused() -> None:
     "style", ['stroke-width="0"', 'stroke-width="-2"', 'stroke-opacity="0"', 'stroke-miterlimit="0"']
 )
 def test_pens_that_draw_nothing(style: str) -> None:
-    assert read(f'<path d="M1 1L9 9" {STROKE} {style}/>').num_layers == 0 or "stroke-opacity" in style
+    assert read(f'<path d="M1 1L9 9" {STROKE} {style}/>').num_layers == 0
 
 
 def test_joins_of_svg_2_are_named() -> None:
