@@ -301,7 +301,7 @@ class Drawing:
         ----------
         spec : int or str
             An index from 0, the bottom layer, also as text; else the whole of a label; else, in any case, a part of
-            one, or the colour of the fill to 8 bits: ``#rrggbb``, a CSS name.
+            one, or the colour of the fill, or of a stop, to 8 bits: ``#rrggbb``, a CSS name.
 
         Returns
         -------
