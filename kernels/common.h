@@ -137,7 +137,8 @@ inline Cells cells_of(__global const Tables *tables, __global realv *cells)
     return at;
 }
 
-// `d_tiles`: what compositing sums up in each tile. A record of d_fills is described in fill.h.
+// `d_tiles`: what compositing sums up in each tile. A record of d_fills is described in fill.h. Handed on pointer by
+// pointer: of the whole struct, clang makes an intrinsic that Oclgrind does not know.
 typedef struct {
     __global real4 *d_colors;  // (num_stored,): dL/d(r, g, b, opacity) of a layer
     __global real4 *d_canvas;  // (tiles of the band,): loss, dL/dbackground

@@ -106,17 +106,17 @@ inline int objective_counts(const Objective *objective)
 }
 
 // No gradient for the layers of the spans from `begin` to before `end`: hidden ones, or all where nothing counts.
-inline void clear_layers(Site site, int begin, int end, TileSums sums)
+inline void clear_layers(Site site, int begin, int end, __global real4 *d_colors, __global real *d_fills)
 {
     __global realv *d_coverage = site.scratch;
     for (int k = begin; k < end; k++) {
         int index = site_tile(site, k);
         if (index < 0) continue;
-        sums.d_colors[index] = 0;
+        d_colors[index] = 0;
 #if FILLS
         int num_reals = record_reals(site.params);
         if (is_gradient(site.params, span_layer(site.spans[k])))
-            for (int i = 0; i < num_reals; i++) sums.d_fills[index * num_reals + i] = 0;
+            for (int i = 0; i < num_reals; i++) d_fills[index * num_reals + i] = 0;
 #endif
         if (site.tile_state[index] == EDGE)
             for (int i = 0; i < TILE; i++) d_coverage[index * TILE + i] = 0;
@@ -153,15 +153,16 @@ inline Color kept_color(const Stack *stack, int column, __global const realv *ke
 //
 //     d_color = a G'      d_a = G' . (c - C)      d_coverage = opacity d_a      d_opacity = coverage d_a,
 // as derived in composite.h, each summed over the tile's pixels but for d_coverage, which goes to scratch, in EDGE tiles;
-// the rest of G at the bottom is d_background. `id` is the number of the tile in the band.
-inline void tile_backward(Site site, const Objective *objective, TileSums sums, int id)
+// the rest of G at the bottom is d_background. `d_canvas` is the tile's own.
+inline void tile_backward(Site site, const Objective *objective, __global real4 *d_colors, __global real4 *d_canvas,
+                          __global real *d_fills)
 {
     if (!objective_counts(objective)) {
-        clear_layers(site, site.bottom, site.last, sums);
-        sums.d_canvas[id] = 0;
+        clear_layers(site, site.bottom, site.last, d_colors, d_fills);
+        *d_canvas = 0;
         return;
     }
-    clear_layers(site, site.bottom, site.first, sums);
+    clear_layers(site, site.bottom, site.first, d_colors, d_fills);
     __global realv *d_coverage = site.scratch;
     int step = site.edges ? 1 : TILE;  // columns that share one colour
     if (site.num_layers > DEPTH) keep_colors(site, step);
@@ -210,14 +211,14 @@ inline void tile_backward(Site site, const Objective *objective, TileSums sums, 
             }
         }
         for (int k = stack.begin; k < DEPTH; k++)
-            sums.d_colors[stack.tile[k]] = (real4)(sum_lanes(d_color[k].c[0]), sum_lanes(d_color[k].c[1]),
-                                                   sum_lanes(d_color[k].c[2]), sum_lanes(d_opacity[k]));
+            d_colors[stack.tile[k]] = (real4)(sum_lanes(d_color[k].c[0]), sum_lanes(d_color[k].c[1]),
+                                              sum_lanes(d_color[k].c[2]), sum_lanes(d_opacity[k]));
 #if FILLS
         int num_reals = record_reals(site.params);
         for (int k = stack.begin; k < DEPTH; k++)
             if (is_gradient(site.params, stack.layer[k]))
                 fill_backward(site.params, layer_fill(site.params, stack.layer[k]), site_x(site, 0), site_y(site),
-                              d_paint[k], sums.d_fills + stack.tile[k] * num_reals);
+                              d_paint[k], d_fills + stack.tile[k] * num_reals);
 #endif
     } while (lower > 0);
     real d_background[3];
@@ -226,7 +227,7 @@ inline void tile_backward(Site site, const Objective *objective, TileSums sums, 
         for (int column = 0; column < TILE; column += step) sum += g[column].c[i];
         d_background[i] = site.covered ? (real)0 : sum_lanes(sum);
     }
-    sums.d_canvas[id] = (real4)(sum_lanes(loss), d_background[0], d_background[1], d_background[2]);
+    *d_canvas = (real4)(sum_lanes(loss), d_background[0], d_background[1], d_background[2]);
 }
 
 // Backward for a given dL/dimage.
@@ -240,7 +241,8 @@ __kernel void composite_backward(Grid grid, __global const real *params, __globa
     if (!grid_tile(grid, id, &strip, &tile)) return;
     Site site = site_at(params, tables, cells, strip, tile, 2);
     Objective objective = objective_of(grid, strip, tile, d_image, 0);
-    tile_backward(site, &objective, tile_sums_of(grid, tables, d_tiles), id);
+    TileSums sums = tile_sums_of(grid, tables, d_tiles);
+    tile_backward(site, &objective, sums.d_colors, sums.d_canvas + id, sums.d_fills);
 }
 
 // Forward, weighted squared error and backward at once, the image never leaving the work-item.
@@ -255,7 +257,8 @@ __kernel void composite_loss(Grid grid, __global const real *params, __global co
     Site site = site_at(params, tables, cells, strip, tile, 2);
     Objective objective = objective_of(grid, strip, tile, 0, target);
     for (int i = 0; i < TILE; i++) objective.weight[i] = scale * weight[objective.row + i];
-    tile_backward(site, &objective, tile_sums_of(grid, tables, d_tiles), id);
+    TileSums sums = tile_sums_of(grid, tables, d_tiles);
+    tile_backward(site, &objective, sums.d_colors, sums.d_canvas + id, sums.d_fills);
 }
 
 // The same under the distance weight, which is found here, from the weights of each layer by distance.cl.
@@ -277,5 +280,6 @@ __kernel void composite_distance_loss(Grid grid, __global const real *params, __
         if (index < 0) continue;
         add_weight(at.factors[span_layer(spans[k])], at.closeness + index * TILE, objective.weight);
     }
-    tile_backward(site, &objective, tile_sums_of(grid, tables, d_tiles), id);
+    TileSums sums = tile_sums_of(grid, tables, d_tiles);
+    tile_backward(site, &objective, sums.d_colors, sums.d_canvas + id, sums.d_fills);
 }
