@@ -19,8 +19,8 @@ def test_each_layer_has_a_line_of_its_own_colour_where_its_outline_is() -> None:
     pixels = np.asarray(shown, dtype=int)
     colored = pixels.max(axis=2) - pixels.min(axis=2) > 60
     rows, columns = np.nonzero(colored)
-    # Four pixels a px: the boxes span rows 8 to 48 and columns 8 to 80, and nothing is drawn within them. Half of a line
-    # of one pixel lies on either side.
+    # Four pixels a px: the boxes span rows 8 to 48 and columns 8 to 80, and nothing is drawn within them. Half of
+    # a line of one pixel lies on either side.
     assert [rows.min(), rows.max(), columns.min(), columns.max()] == pytest.approx([8, 48, 8, 80], abs=1)
     assert not colored[20:28, 20:28].any()
     first, second = pixels[24, 6:11], pixels[32, 46:51]
