@@ -45,7 +45,7 @@ def test_a_bend_of_two_thousandths_stays_a_cubic() -> None:
 
 def test_symmetric_joins_need_no_handle() -> None:
     kinked = ellipse_outline(20, 20, 7.3, 7.3)[0][:, :3]
-    assert re.sub("[^a-zA-Z]", "", data_of(drawing_of(kinked))) == "McsZ"
+    assert re.sub("[^a-zA-Z]", "", format_outline(quantize(drawing_of(kinked)).points, 3)) == "McsZ"
     kinked[2, 1] += (0.003, 0)
     assert re.sub("[^a-zA-Z]", "", data_of(drawing_of(kinked))) == "McscsZ"
 

@@ -83,7 +83,9 @@ def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rast
     visible = visible_shares(alphas)
     gradients = gradient_gains(smaller, visible, target, rasterizer)
     shares = visible.mean(axis=(1, 2), dtype=np.float64)
-    elements = re.findall(r"<path\b[^>]*?(?:/>|>.*?</path>)", svg, flags=re.DOTALL)
+    elements = re.findall(
+        r"<(?:path|circle|ellipse|rect)\b(?! id=\"background\")[^>]*?(?:/>|>.*?</\w+>)", svg, flags=re.DOTALL
+    )
     area = drawing.size[0] * drawing.size[1]
     return [
         LayerFacts(
