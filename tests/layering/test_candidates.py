@@ -160,10 +160,11 @@ def _region(judge: candidates._Judge, color: tuple[float, ...]) -> Region:
     return next(region for region in judge._regions() if np.allclose(region.color, color))
 
 
-def _painted(window: Window, color: tuple[float, ...], depth: int) -> Candidate:
+def _painted(window: Window, color: tuple[float, ...], depth: int, alpha: float = 1.0) -> Candidate:
     """Return a layer that paints a window."""
-    alpha = np.ones((window[0].stop - window[0].start, window[1].stop - window[1].start), np.float32)
-    return Candidate([], np.array([*color, 1.0]), Trial(depth, window, alpha, np.array(color), 0.0))
+    size = window[0].stop - window[0].start, window[1].stop - window[1].start
+    trial = Trial(depth, window, np.full(size, alpha, np.float32), np.array(color), 0.0)
+    return Candidate([], np.array([*color, alpha]), trial)
 
 
 @pytest.mark.parametrize("seed", [0, 3])
@@ -192,14 +193,14 @@ def test_what_is_remembered_of_a_region_is_what_is_found_anew(seed: int, rasteri
 
 
 def test_a_trial_is_forgotten_where_the_picture_changes(rasterizer_for: RasterizerFor) -> None:
-    # A layer covers the canvas: another on it hides no pixel that was not hidden before.
-    target = np.full((24, 24, 3), RED)
+    # A translucent layer, which hides nothing.
+    target = np.ones((24, 24, 3))
     target[4:16, 6:18] = BLUE
-    judge = _judge(target, rasterizer_for, np.ones((1, 24, 24)), np.array([RED]))
+    judge = _judge(target, rasterizer_for, np.zeros((0, 24, 24)), np.zeros((0, 3)))
     region = _region(judge, BLUE)
-    assert judge._as_it_is(region).guesses[0].gain > 10
-    judge.accept(_painted((slice(4, 16), slice(6, 18)), BLUE, 1))
-    assert judge._as_it_is(region).guesses[0].gain < 1e-6
+    before = judge._as_it_is(region).guesses[0].gain
+    judge.accept(_painted((slice(4, 16), slice(6, 18)), BLUE, 0, alpha=0.9))
+    assert judge._as_it_is(region).guesses[0].gain == pytest.approx(0.1**2 * before, rel=1e-4)
 
 
 def test_a_trial_is_forgotten_where_pixels_beside_it_become_hidden(rasterizer_for: RasterizerFor) -> None:
