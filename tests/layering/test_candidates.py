@@ -31,6 +31,36 @@ def place(rasterizer_for: RasterizerFor) -> Placer:
     return Placer(rasterizer_for)
 
 
+@pytest.mark.parametrize(
+    ("premultiplied", "fill"),
+    [
+        ((0.2, 0.4, 0.6), (0.2, 0.4, 0.6, 1)),
+        ((0.1, 0.2, 0.4, 0.5), (0.2, 0.4, 0.8, 0.5)),
+        ((0.22, 0.44, 0.66, 0.88), (0.25, 0.5, 0.75, 0.88)),
+        ((0.23, 0.46, 0.69, 0.92), (0.25, 0.5, 0.75, 1)),
+        ((0, 0, 0, 0), (0, 0, 0, 0.02)),
+    ],
+)
+def test_the_fill_that_shows_a_color_over_nothing(premultiplied: tuple[float, ...], fill: tuple[float, ...]) -> None:
+    np.testing.assert_allclose(candidates.paint_of(premultiplied), fill, atol=1e-12)
+
+
+def test_clear_regions_are_not_looked_at(rasterizer_for: RasterizerFor) -> None:
+    # Paint where the picture is clear cannot be taken away by more paint.
+    target = np.zeros((24, 24, 4))
+    target[2:8, 2:8] = 1
+    alphas = np.zeros((1, 24, 24))
+    alphas[0, 10:22, 10:22] = 0.5
+    image = alphas[0][..., None] * np.array([0, 0, 1, 1.0])
+    stack = LayerStack(np.zeros(4), alphas, np.array([[0, 0, 1, 1.0]]), image)
+    context = Context(rasterizer_for((24, 24), np.float32), target, Options(placement="region", background="none"))
+    judge = candidates._Judge(context, Painting(target, stack), np.random.default_rng(0))
+    judge._error = judge._painting.error.astype(np.float64)
+    colors = [region.color for region in judge._regions()]
+    assert colors and min(color[3] for color in colors) > 0.02
+    assert any(region.color[3] < 0.02 for region in judge._finder.best(judge._error, 12)), "there is one"
+
+
 def test_a_region_gets_more_segments_where_its_outline_needs_them(place: Placer) -> None:
     rows, columns = np.indices((40, 40)) + 0.5
     cross = np.ones((40, 40, 3))
