@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from livecl.drawing.colors import Rgba
 from livecl.geometry import bezier
 from livecl.svg.gradients import Gradient
-from livecl.svg.pens import Pen
 from livecl.svg.writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE, name_from_id
 
 FloatArray = NDArray[np.float64]
@@ -48,7 +47,7 @@ class LeftOut(collections.Counter[str]):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Layer:
-    """A shape: subpaths (n, 4, 2), px; straight RGBA, or a gradient; stage; id; name; pen, if it is stroked."""
+    """A filled shape: closed subpaths (n, 4, 2), px; straight RGBA, or a gradient; stage; id; name."""
 
     outline: list[FloatArray]
     color: Rgba
@@ -56,14 +55,11 @@ class Layer:
     identifier: str
     name: str
     gradient: Gradient | None = None
-    pen: Pen | None = None
-    is_open: list[bool] | None = None  # of each subpath; None where all are closed
 
     @functools.cached_property
     def bounds(self) -> FloatArray:
-        """(x_min, y_min, x_max, y_max) of the control points, and of the pen around them."""
-        bounds = bezier.hull_bounds(np.concatenate(self.outline).reshape(-1, 2))
-        return bounds if self.pen is None else bounds + self.pen.width / 2 * np.array([-1, -1, 1, 1])
+        """(x_min, y_min, x_max, y_max) of the control points."""
+        return bezier.hull_bounds(np.concatenate(self.outline).reshape(-1, 2))
 
 
 def layer_name(element: Element, identifier: str) -> str:
