@@ -9,7 +9,10 @@
 // that sums along a row are sums of vectors. An image plane is (num_strips, num_tiles * TILE) vectors.
 //
 // A span is the row of tiles where a layer's box meets a strip: int4 (layer, strip, first tile | past-the-last tile << 16,
-// index of tile 0 of the strip in the per-tile buffers). Spans are sorted by strip, then by layer, bottom first.
+// index of tile 0 of the strip among the stored tiles). Spans are sorted by strip, then by layer, bottom first.
+//
+// Kernels take structs and buffers of one subject each. How each buffer is laid out stands here, its size and the host's
+// side in livecl/rendering/layout.py.
 
 #if LANES == 4
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
@@ -39,10 +42,48 @@ typedef CONCAT(MASK, LANES) maskv;
 #define EDGE 0x7fffffff
 // Rounding left over by the sums of one row of one layer: about a hundred deposits of at most 1.
 #define SNAP ((real)128 * REAL_EPSILON)
+// Rounding of A where a pixel is full but for it: some ten deposits that add up to 1.
+#define KINK ((real)16 * REAL_EPSILON)
 
-// Bands.
-// Where layers need more memory than allowed, the canvas is worked on in bands of strips, one after the other, in the same
-// buffers: int4 band = (first span, past-the-last span, first strip, past-the-last strip). Sums go on from band to band.
+// The canvas, and the band that is worked on. Where layers need more memory than allowed, the canvas is worked on in bands
+// of strips, one after the other, in the same buffers. Sums go on from band to band.
+typedef struct {
+    int width, height;            // px
+    int num_strips, num_tiles;    // strips of the canvas, tiles of a strip
+    int first_span, last_span;    // of the band; the last is past the last
+    int first_strip, last_strip;  // likewise
+} Grid;
+
+inline int grid_columns(Grid grid) { return grid.num_tiles * TILE; }
+inline int grid_plane(Grid grid) { return grid.num_strips * grid.num_tiles * TILE; }  // vectors of an image plane
+
+// A work-item of a kernel for tiles: its tile. Returns 0 where there is none, as global sizes are padded.
+inline int grid_tile(Grid grid, int id, int *strip, int *tile)
+{
+    *tile = id % grid.num_tiles;
+    *strip = grid.first_strip + id / grid.num_tiles;
+    return *strip < grid.last_strip;
+}
+
+// `tables`: the head, the spans (num_spans, int4), and the other tables where the head says, in ints from its begin.
+// One buffer for coverage, one for distances; they differ in lines and in the reach of the boxes.
+typedef struct {
+    int num_layers, num_segments, num_lines, num_spans;
+    int num_stored;      // tiles stored at a time: those of the band with most
+    int layer_strips;    // (num_layers, int2): index into layer_spans of strip 0, first strip | past-the-last strip << 16
+    int layer_spans;     // (num_spans,): numbers of the spans, by layer, then by strip
+    int strip_offsets;   // (num_strips + 1,): first span of each strip
+    int layer_segments;  // (num_layers + 1,): first segment of each layer
+    int next_segments;   // (num_segments,): the segment whose anchor is the end of each
+    int line_offsets;    // (num_segments + 1,): first line of each segment
+    int line_layers;     // (num_lines,)
+} Tables;
+
+inline __global const int4 *spans_of(__global const Tables *tables) { return (__global const int4 *)(tables + 1); }
+inline __global const int *table_at(__global const Tables *tables, int begin)
+{
+    return (__global const int *)tables + begin;
+}
 
 inline int span_layer(int4 span) { return span.x; }
 inline int span_strip(int4 span) { return span.y; }
@@ -50,10 +91,66 @@ inline int span_first(int4 span) { return span.z & 0xffff; }
 inline int span_last(int4 span) { return (span.z >> 16) & 0xffff; }
 inline int span_tile(int4 span, int tile) { return span.w + tile; }
 
-// A layer's strips: int2 (index into layer_spans of strip 0, first strip | past-the-last strip << 16); layer_spans holds the
-// number of the span of each.
+// The strips of a layer, and its span in one of them.
+inline int2 layer_strips(__global const Tables *tables, int layer)
+{
+    return ((__global const int2 *)table_at(tables, tables->layer_strips))[layer];
+}
 inline int strips_first(int2 strips) { return strips.y & 0xffff; }
 inline int strips_last(int2 strips) { return (strips.y >> 16) & 0xffff; }
+inline int4 layer_span(__global const Tables *tables, int2 strips, int strip)
+{
+    return spans_of(tables)[table_at(tables, tables->layer_spans)[strips.x + strip]];
+}
+
+// `lines`: bounds of each segment's lines (num_segments, real4: x_min, y_min, x_max, y_max), and the lines (num_lines,
+// real4: x0, y0, x1, y1), px.
+inline __global real4 *lines_of(__global const Tables *tables, __global real4 *lines)
+{
+    return lines + tables->num_segments;
+}
+
+// The lines of a layer's segments, as coverage and distances go through them.
+typedef struct {
+    __global const int *layer_segments, *line_offsets;
+    __global const real4 *bounds, *lines;
+} Outlines;
+
+inline Outlines outlines_of(__global const Tables *tables, __global const real4 *lines)
+{
+    Outlines outlines = {table_at(tables, tables->layer_segments), table_at(tables, tables->line_offsets), lines,
+                         lines + tables->num_segments};
+    return outlines;
+}
+
+// `cells`: what coverage stores of each tile.
+typedef struct {
+    __global realv *area;      // (num_stored, TILE): A, in EDGE tiles only
+    __global realv *scratch;   // (num_stored, TILE): heights, colours below a run of layers, dL/dcoverage, in turn
+    __global int *tile_state;  // (num_stored,)
+} Cells;
+
+inline Cells cells_of(__global const Tables *tables, __global realv *cells)
+{
+    int num_vectors = tables->num_stored * TILE;
+    Cells at = {cells, cells + num_vectors, (__global int *)(cells + 2 * num_vectors)};
+    return at;
+}
+
+// `d_tiles`: what compositing sums up in each tile. A record of d_fills is described in fill.h. Handed on pointer by
+// pointer: of the whole struct, clang makes an intrinsic that Oclgrind does not know.
+typedef struct {
+    __global real4 *d_colors;  // (num_stored,): dL/d(r, g, b, opacity) of a layer
+    __global real4 *d_canvas;  // (tiles of the band,): loss, dL/dbackground
+    __global real *d_fills;    // (num_stored, reals of a record), of layers with a gradient
+} TileSums;
+
+inline TileSums tile_sums_of(Grid grid, __global const Tables *tables, __global real4 *d_tiles)
+{
+    __global real4 *d_canvas = d_tiles + tables->num_stored;
+    TileSums at = {d_tiles, d_canvas, (__global real *)(d_canvas + grid.num_strips * grid.num_tiles)};
+    return at;
+}
 
 // The lanes' row numbers 0, 1, ... as reals.
 inline realv lane_rows(void)
@@ -77,14 +174,20 @@ inline real sum_lanes(realv v)
     return quarter_sum.x + quarter_sum.y;
 }
 
-// Layout of `params`: background (3), where the fills begin (1), colours (N, 4), points (M, 3, 2), fills (fill.h). Layout of `result`: loss and d_background (1 + 3),
-// d_colors (N, 4), d_cubics (M, 4, 2).
+// `params`: background (3), where the fills begin (1), colours (N, 4), points (M, 3, 2), fills (fill.h).
 inline __global const real *params_color(__global const real *params, int layer) { return params + 4 + 4 * layer; }
 inline __global const real *params_points(__global const real *params, int num_layers, int segment)
 {
     return params + 4 + 4 * num_layers + 6 * segment;
 }
-inline __global real *result_cubics(__global real *result, int num_layers, int segment)
+
+// `result`: loss and d_background (1 + 3), d_colors (N, 4), d_cubics (M, 4, 2), sums of d_fills (N, reals of a record).
+inline __global real4 *result_colors(__global real *result) { return (__global real4 *)(result + 4); }
+inline __global real *result_cubics(__global const Tables *tables, __global real *result, int segment)
 {
-    return result + 4 + 4 * num_layers + 8 * segment;
+    return result + 4 + 4 * tables->num_layers + 8 * segment;
+}
+inline __global real *result_fills(__global const Tables *tables, __global real *result)
+{
+    return result_cubics(tables, result, tables->num_segments);
 }

@@ -12,14 +12,13 @@
 #include "composite.h"
 #include "distance.h"
 
-__kernel void composite_forward(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
-                                __global const int *strip_offsets, __global const int *tile_state,
-                                __global const realv *area, __global realv *image)
+__kernel void composite_forward(Grid grid, __global const real *params, __global const Tables *tables,
+                                __global realv *cells, __global realv *image)
 {
-    int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
-    if (strip >= band.w) return;
-    Site site = site_at(params, spans, strip_offsets, tile_state, area, strip, tile, 1);
-    int row = strip * num_tiles * TILE + tile * TILE, plane = num_strips * num_tiles * TILE;
+    int strip, tile;
+    if (!grid_tile(grid, get_global_id(0), &strip, &tile)) return;
+    Site site = site_at(params, tables, cells, strip, tile, 1);
+    int row = (strip * grid.num_tiles + tile) * TILE, plane = grid_plane(grid);
     int step = site.edges ? 1 : TILE, span = site.first;
     Stack stack;
     Color color[TILE];
@@ -40,14 +39,14 @@ typedef struct {
     int plane, row;
 } Objective;
 
-inline Objective objective_of(__global const realv *d_image, __global const realv *target, int num_strips, int num_tiles,
-                              int strip, int tile)
+inline Objective objective_of(Grid grid, int strip, int tile, __global const realv *d_image,
+                              __global const realv *target)
 {
     Objective objective;
     objective.d_image = d_image;
     objective.target = target;
-    objective.plane = num_strips * num_tiles * TILE;
-    objective.row = (strip * num_tiles + tile) * TILE;
+    objective.plane = grid_plane(grid);
+    objective.row = (strip * grid.num_tiles + tile) * TILE;
     for (int i = 0; i < TILE; i++) objective.weight[i] = 0;
     return objective;
 }
@@ -107,9 +106,9 @@ inline int objective_counts(const Objective *objective)
 }
 
 // No gradient for the layers of the spans from `begin` to before `end`: hidden ones, or all where nothing counts.
-inline void clear_layers(Site site, int begin, int end, __global realv *d_coverage, __global real4 *d_colors,
-                         __global real *d_fills)
+inline void clear_layers(Site site, int begin, int end, __global real4 *d_colors, __global real *d_fills)
 {
+    __global realv *d_coverage = site.scratch;
     for (int k = begin; k < end; k++) {
         int index = site_tile(site, k);
         if (index < 0) continue;
@@ -124,10 +123,11 @@ inline void clear_layers(Site site, int begin, int end, __global realv *d_covera
     }
 }
 
-// On the way up, keep the colour below each run but the lowest. It is kept in d_coverage: the run's own lowest tiles get
-// their gradient there only after it has been used.
-inline void keep_colors(Site site, int step, __global realv *d_coverage)
+// On the way up, keep the colour below each run but the lowest. It is kept where d_coverage comes to be: the run's own
+// lowest tiles get their gradient there only after it has been used.
+inline void keep_colors(Site site, int step)
 {
+    __global realv *kept = site.scratch;
     Stack stack;
     Color color[TILE];
     int count = lowest_run(site.num_layers), span = stack_upwards(site, site.first, count, &stack);
@@ -137,30 +137,35 @@ inline void keep_colors(Site site, int step, __global realv *d_coverage)
         span = stack_upwards(site, span, DEPTH, &stack);
         for (int column = 0; column < TILE; column += step)
             for (int i = 0; i < CHANNELS; i++)
-                d_coverage[stack.tile[stack.begin + i] * TILE + column] = color[column].c[i];
+                kept[stack.tile[stack.begin + i] * TILE + column] = color[column].c[i];
     }
 }
 
-inline Color kept_color(const Stack *stack, int column, __global const realv *d_coverage)
+inline Color kept_color(const Stack *stack, int column, __global const realv *kept)
 {
     Color color;
-    for (int i = 0; i < CHANNELS; i++) color.c[i] = d_coverage[stack->tile[stack->begin + i] * TILE + column];
+    for (int i = 0; i < CHANNELS; i++) color.c[i] = kept[stack->tile[stack->begin + i] * TILE + column];
     return color;
 }
 
 // Run after run, the topmost first: its layers are composited from the colour kept below it, and the gradient goes on
 // down from where the layers above left it.
-inline void tile_backward(Site site, int bottom, const Objective *objective, __global realv *d_coverage, __global real4 *d_colors,
-                          __global real *d_fills, __global real *d_tile)
+//
+//     d_color = a G'      d_a = G' . (c - C)      d_coverage = opacity d_a      d_opacity = coverage d_a,
+// as derived in composite.h, each summed over the tile's pixels but for d_coverage, which goes to scratch, in EDGE tiles;
+// the rest of G at the bottom is d_background. `d_canvas` is the tile's own.
+inline void tile_backward(Site site, const Objective *objective, __global real4 *d_colors, __global real4 *d_canvas,
+                          __global real *d_fills)
 {
     if (!objective_counts(objective)) {
-        clear_layers(site, bottom, site.last, d_coverage, d_colors, d_fills);
-        for (int i = 0; i < 4; i++) d_tile[i] = 0;
+        clear_layers(site, site.bottom, site.last, d_colors, d_fills);
+        *d_canvas = 0;
         return;
     }
-    clear_layers(site, bottom, site.first, d_coverage, d_colors, d_fills);
+    clear_layers(site, site.bottom, site.first, d_colors, d_fills);
+    __global realv *d_coverage = site.scratch;
     int step = site.edges ? 1 : TILE;  // columns that share one colour
-    if (site.num_layers > DEPTH) keep_colors(site, step, d_coverage);
+    if (site.num_layers > DEPTH) keep_colors(site, step);
     Stack stack;
     Color below[DEPTH], d_color[DEPTH], g[TILE];
     realv d_opacity[DEPTH], loss = 0;
@@ -177,7 +182,7 @@ inline void tile_backward(Site site, int bottom, const Objective *objective, __g
             for (int i = 0; i < CHANNELS; i++) d_color[k].c[i] = 0;
         }
         for (int column = 0; column < TILE; column += step) {
-            Color color = lower > 0 ? kept_color(&stack, column, d_coverage) : background_color(site.params);
+            Color color = lower > 0 ? kept_color(&stack, column, site.scratch) : background_color(site.params);
             stack_forward(site, &stack, column, &color, below);
             Color *gradient = &g[column];
             if (topmost) {
@@ -216,73 +221,65 @@ inline void tile_backward(Site site, int bottom, const Objective *objective, __g
                               d_paint[k], d_fills + stack.tile[k] * num_reals);
 #endif
     } while (lower > 0);
-    d_tile[0] = sum_lanes(loss);
+    real d_background[3];
     for (int i = 0; i < 3; i++) {
-        realv d_background = 0;
-        for (int column = 0; column < TILE; column += step) d_background += g[column].c[i];
-        d_tile[1 + i] = site.covered ? (real)0 : sum_lanes(d_background);
+        realv sum = 0;
+        for (int column = 0; column < TILE; column += step) sum += g[column].c[i];
+        d_background[i] = site.covered ? (real)0 : sum_lanes(sum);
     }
+    *d_canvas = (real4)(sum_lanes(loss), d_background[0], d_background[1], d_background[2]);
 }
 
-// Backward for a given dL/dimage. From the top layer down, as derived in composite.h,
-//     d_color = a G'      d_a = G' . (c - C)      d_coverage = opacity d_a      d_opacity = coverage d_a,
-// each summed over the tile's pixels but for d_coverage; the rest of G at the bottom is d_background.
+// Backward for a given dL/dimage.
 //
-// params, spans, strip_offsets, tile_state, area  in, as in composite_forward       d_image  (CHANNELS, plane)  in
-// d_coverage  (num_tiles, TILE)  out, in EDGE tiles        d_colors  (num_tiles,)  out, dL/d(r, g, b, opacity) of the tile
-// d_fills  (num_tiles, reals of a record)  out, of layers with a gradient, as fill.h says
-// d_tiles  (num_strips * num_tiles, 4)  out: 0, dL/dbackground of the tile
-__kernel void composite_backward(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
-                                 __global const int *strip_offsets, __global const int *tile_state,
-                                 __global const realv *area, __global const realv *d_image,
-                                 __global realv *d_coverage, __global real4 *d_colors,
-                                 __global real *d_fills, __global real *d_tiles)
+// params, tables  in       cells  in: tile_state, area; out, in scratch: d_coverage       d_image  (CHANNELS, plane)  in
+// d_tiles  out: d_colors, d_canvas (loss 0), d_fills
+__kernel void composite_backward(Grid grid, __global const real *params, __global const Tables *tables,
+                                 __global realv *cells, __global const realv *d_image, __global real4 *d_tiles)
 {
-    int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
-    if (strip >= band.w) return;
-    Site site = site_at(params, spans, strip_offsets, tile_state, area, strip, tile, 2);
-    Objective objective = objective_of(d_image, 0, num_strips, num_tiles, strip, tile);
-    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_fills, d_tiles + 4 * id);
+    int id = get_global_id(0), strip, tile;
+    if (!grid_tile(grid, id, &strip, &tile)) return;
+    Site site = site_at(params, tables, cells, strip, tile, 2);
+    Objective objective = objective_of(grid, strip, tile, d_image, 0);
+    TileSums sums = tile_sums_of(grid, tables, d_tiles);
+    tile_backward(site, &objective, sums.d_colors, sums.d_canvas + id, sums.d_fills);
 }
 
 // Forward, weighted squared error and backward at once, the image never leaving the work-item.
 //
-// target  (CHANNELS, plane)  in      weight  (plane)  in      d_tiles  (.., 4)  out: loss, dL/dbackground of the tile
-__kernel void composite_loss(int4 band, int num_strips, int num_tiles, __global const real *params, __global const int4 *spans,
-                             __global const int *strip_offsets, __global const int *tile_state,
-                             __global const realv *area, __global const realv *target,
-                             __global const realv *weight, real scale, __global realv *d_coverage,
-                             __global real4 *d_colors,
-                             __global real *d_fills, __global real *d_tiles)
+// target  (CHANNELS, plane)  in      weight  (plane)  in      the others as in composite_backward, with the loss
+__kernel void composite_loss(Grid grid, __global const real *params, __global const Tables *tables,
+                             __global realv *cells, __global const realv *target, __global const realv *weight,
+                             real scale, __global real4 *d_tiles)
 {
-    int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
-    if (strip >= band.w) return;
-    Site site = site_at(params, spans, strip_offsets, tile_state, area, strip, tile, 2);
-    Objective objective = objective_of(0, target, num_strips, num_tiles, strip, tile);
+    int id = get_global_id(0), strip, tile;
+    if (!grid_tile(grid, id, &strip, &tile)) return;
+    Site site = site_at(params, tables, cells, strip, tile, 2);
+    Objective objective = objective_of(grid, strip, tile, 0, target);
     for (int i = 0; i < TILE; i++) objective.weight[i] = scale * weight[objective.row + i];
-    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_fills, d_tiles + 4 * id);
+    TileSums sums = tile_sums_of(grid, tables, d_tiles);
+    tile_backward(site, &objective, sums.d_colors, sums.d_canvas + id, sums.d_fills);
 }
 
 // The same under the distance weight, which is found here, from the weights of each layer by distance.cl.
 //
-// distance_spans, distance_strip_offsets, near, closeness, factors  in, as in distance_weight
-__kernel void composite_distance_loss(int4 band, int num_strips, int num_tiles, __global const real *params,
-                                      __global const int4 *spans, __global const int *strip_offsets,
-                                      __global const int *tile_state, __global const realv *area,
-                                      __global const int4 *distance_spans, __global const int *distance_strip_offsets,
-                                      __global const int *near, __global const realv *closeness,
-                                      __global const real *factors, __global const realv *target, real scale,
-                                      __global realv *d_coverage, __global real4 *d_colors,
-                                      __global real *d_fills, __global real *d_tiles)
+// distance_tables, distances  in, as in distance_weight; the factors hold the scale
+__kernel void composite_distance_loss(Grid grid, __global const real *params, __global const Tables *tables,
+                                      __global realv *cells, __global const Tables *distance_tables,
+                                      __global realv *distances, __global const realv *target, __global real4 *d_tiles)
 {
-    int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
-    if (strip >= band.w) return;
-    Site site = site_at(params, spans, strip_offsets, tile_state, area, strip, tile, 2);
-    Objective objective = objective_of(0, target, num_strips, num_tiles, strip, tile);
-    for (int k = distance_strip_offsets[strip]; k < distance_strip_offsets[strip + 1]; k++) {
-        int index = near_tile(distance_spans[k], near, tile);
+    int id = get_global_id(0), strip, tile;
+    if (!grid_tile(grid, id, &strip, &tile)) return;
+    Site site = site_at(params, tables, cells, strip, tile, 2);
+    Objective objective = objective_of(grid, strip, tile, 0, target);
+    Distances at = distances_of(distance_tables, distances);
+    __global const int4 *spans = spans_of(distance_tables);
+    __global const int *strip_spans = table_at(distance_tables, distance_tables->strip_offsets) + strip;
+    for (int k = strip_spans[0]; k < strip_spans[1]; k++) {
+        int index = near_tile(spans[k], at.near, tile);
         if (index < 0) continue;
-        add_weight(scale * factors[span_layer(distance_spans[k])], closeness + index * TILE, objective.weight);
+        add_weight(at.factors[span_layer(spans[k])], at.closeness + index * TILE, objective.weight);
     }
-    tile_backward(site, strip_offsets[strip], &objective, d_coverage, d_colors, d_fills, d_tiles + 4 * id);
+    TileSums sums = tile_sums_of(grid, tables, d_tiles);
+    tile_backward(site, &objective, sums.d_colors, sums.d_canvas + id, sums.d_fills);
 }

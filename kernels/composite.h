@@ -48,12 +48,12 @@ typedef struct {
     __global const int4 *spans;
     __global const int *tile_state;
     __global const realv *area;
-    int tile;         // column of the tile
-    int first, last;  // spans of the strip that count
+    __global realv *scratch;
+    int strip, tile;
+    int bottom, first, last;  // spans of the strip; those from `first` on count
     int covered;      // nothing below `first` shows: the lowest layer that counts is opaque all over the tile
     int num_layers;   // how many of these spans' layers are there
     int edges;        // whether an outline passes among them, or a gradient fills one
-    int strip;
 } Site;
 
 // Index of a span's tile at the site, or -1 where the layer is not there.
@@ -67,19 +67,22 @@ inline int site_tile(Site site, int span_id)
 
 // Leave out hidden layers: all below the num_opaque-th layer from the top that is opaque all over the tile. For colours
 // one such layer is enough; the gradient of its opacity needs the layers below, down to the next.
-inline Site site_at(__global const real *params, __global const int4 *spans, __global const int *strip_offsets,
-                    __global const int *tile_state, __global const realv *area, int strip, int tile, int num_opaque)
+inline Site site_at(__global const real *params, __global const Tables *tables, __global realv *cells, int strip,
+                    int tile, int num_opaque)
 {
-    Site site = {params, spans, tile_state, area, tile, strip_offsets[strip], strip_offsets[strip + 1], 0, 0, 0, strip};
+    __global const int *strip_spans = table_at(tables, tables->strip_offsets) + strip;
+    Cells at = cells_of(tables, cells);
+    Site site = {params, spans_of(tables), at.tile_state,  at.area,        at.scratch, strip,
+                 tile,   strip_spans[0],   strip_spans[0], strip_spans[1], 0,          0, 0};
     for (int k = site.last - 1; k >= site.first; k--) {
         int index = site_tile(site, k);
         if (index < 0) continue;
         site.num_layers++;
-        site.edges |= tile_state[index] == EDGE;
+        site.edges |= site.tile_state[index] == EDGE;
 #if FILLS
-        site.edges |= is_gradient(params, span_layer(spans[k]));
+        site.edges |= is_gradient(params, span_layer(site.spans[k]));
 #endif
-        if (tile_state[index] == EDGE || params_color(params, span_layer(spans[k]))[3] != 1) continue;
+        if (site.tile_state[index] == EDGE || params_color(params, span_layer(site.spans[k]))[3] != 1) continue;
         if (--num_opaque == 0) {
             site.first = k;
             site.covered = 1;

@@ -62,25 +62,24 @@ inline void deposit_left(Row *row, real4 part, real top)
 
 // Work-item: one span (a layer in a strip).
 //
-// spans  (num_spans,)  in              layer_segments  (N + 1,)  in, first segment of each layer
-// line_offsets  (M + 1,)  in           segment_bounds  (M,)  in         lines  (L,)  in, px
-// tile_state  (num_tiles,)  out           area  (num_tiles, TILE)  out: A, in EDGE tiles only
-// d_coverage  (num_tiles, TILE)  scratch, the sums `height`, until compositing puts the gradient there
-inline void cover_span(int id, int num_columns, __global const int4 *spans, __global const int *layer_segments,
-                       __global const int *line_offsets, __global const real4 *segment_bounds,
-                       __global const real4 *lines, __global int *tile_state, __global realv *area,
-                       __global realv *d_coverage)
+// tables, lines  in       cells  out: tile_state, area
+inline void cover_span(int id, Grid grid, __global const Tables *tables, __global const real4 *lines,
+                       __global realv *cells)
 {
-    int4 span = spans[id];
-    Row row = {span, tile_state, area, d_coverage, -1, -1};
-    int layer = span_layer(span);
+    Outlines outlines = outlines_of(tables, lines);
+    Cells at = cells_of(tables, cells);
+    __global int *tile_state = at.tile_state;
+    __global realv *area = at.area, *height = at.scratch;
+    int4 span = spans_of(tables)[id];
+    Row row = {span, tile_state, area, height, -1, -1};
+    int layer = span_layer(span), num_columns = grid_columns(grid);
     real top = span_strip(span) * LANES, bottom = top + LANES;
     for (int tile = span_first(span); tile < span_last(span); tile++) tile_state[span_tile(span, tile)] = 0;
 
-    for (int segment = layer_segments[layer]; segment < layer_segments[layer + 1]; segment++) {
-        if (segment_bounds[segment].w < top || segment_bounds[segment].y > bottom) continue;
-        for (int k = line_offsets[segment]; k < line_offsets[segment + 1]; k++) {
-            real4 line = lines[k], part = line;
+    for (int segment = outlines.layer_segments[layer]; segment < outlines.layer_segments[layer + 1]; segment++) {
+        if (outlines.bounds[segment].w < top || outlines.bounds[segment].y > bottom) continue;
+        for (int k = outlines.line_offsets[segment]; k < outlines.line_offsets[segment + 1]; k++) {
+            real4 line = outlines.lines[k], part = line;
             if (!clip_y(&part, top, bottom)) continue;
             if (part.x < 0 || part.z < 0) {
                 real4 left = part;
@@ -108,43 +107,39 @@ inline void cover_span(int id, int num_columns, __global const int4 *spans, __gl
         }
         for (int i = index * TILE; i < (index + 1) * TILE; i++) {
             realv a = before + area[i];
-            before += row.height[i];
+            before += height[i];
             area[i] = MAGNITUDE(a) < SNAP ? (realv)0 : a;  // so that the sign of 0 is 0
         }
     }
 }
 
-__kernel void coverage_forward(int4 band, int num_columns, __global const int4 *spans,
-                               __global const int *layer_segments, __global const int *line_offsets,
-                               __global const real4 *segment_bounds, __global const real4 *lines,
-                               __global int *tile_state, __global realv *area, __global realv *d_coverage)
+__kernel void coverage_forward(Grid grid, __global const Tables *tables, __global const real4 *lines,
+                               __global realv *cells)
 {
-    int id = band.x + get_global_id(0);
-    if (id >= band.y) return;  // global size is padded
-    cover_span(id, num_columns, spans, layer_segments, line_offsets, segment_bounds, lines, tile_state, area, d_coverage);
+    int id = grid.first_span + get_global_id(0);
+    if (id < grid.last_span) cover_span(id, grid, tables, lines, cells);  // global size is padded
 }
 
 // Each layer's coverage by itself, min(|A|, 1), as a plane; 0 outside its spans. Work-item: one layer in one strip.
 //
-// spans, layer_strips, layer_spans  in: where tiles are       tile_state, area  in, as left by coverage_forward
+// tables  in       cells  in: tile_state, area, as left by coverage_forward
 // planes  (N, num_strips, num_tiles * TILE)  out
-__kernel void coverage_planes(int4 band, int num_layers, int num_strips, int num_tiles, __global const int4 *spans,
-                              __global const int2 *layer_strips, __global const int *layer_spans,
-                              __global const int *tile_state, __global const realv *area, __global realv *planes)
+__kernel void coverage_planes(Grid grid, __global const Tables *tables, __global realv *cells, __global realv *planes)
 {
-    int id = get_global_id(0), layer = id % num_layers, strip = band.z + id / num_layers;
-    if (strip >= band.w) return;
-    int2 strips = layer_strips[layer];
+    int id = get_global_id(0), layer = id % tables->num_layers, strip = grid.first_strip + id / tables->num_layers;
+    if (strip >= grid.last_strip) return;
+    Cells at = cells_of(tables, cells);
+    int2 strips = layer_strips(tables, layer);
     int4 span = 0;
-    if (strip >= strips_first(strips) && strip < strips_last(strips)) span = spans[layer_spans[strips.x + strip]];
-    __global realv *plane = planes + (layer * num_strips + strip) * num_tiles * TILE;
-    for (int tile = 0; tile < num_tiles; tile++) {
+    if (strip >= strips_first(strips) && strip < strips_last(strips)) span = layer_span(tables, strips, strip);
+    __global realv *plane = planes + (layer * grid.num_strips + strip) * grid.num_tiles * TILE;
+    for (int tile = 0; tile < grid.num_tiles; tile++) {
         int inside = tile >= span_first(span) && tile < span_last(span), index = inside ? span_tile(span, tile) : 0;
         for (int column = 0; column < TILE; column++) {
             realv share = 0;
             if (inside) {
-                int whole = tile_state[index];
-                realv a = area[index * TILE + column], size = MAGNITUDE(a);
+                int whole = at.tile_state[index];
+                realv a = at.area[index * TILE + column], size = MAGNITUDE(a);
                 share = whole == EDGE ? LESSER(size, (realv)1) : (realv)(whole != 0);
             }
             plane[tile * TILE + column] = share;
@@ -152,45 +147,60 @@ __kernel void coverage_planes(int4 band, int num_layers, int num_strips, int num
     }
 }
 
+// The cells of a layer in the strips of a band, looked up by pixel.
 typedef struct {
     __global const int4 *spans;
-    __global const int2 *layer_strips;
-    __global const int *layer_spans;
+    __global const int *layer_spans;  // of the layer, by strip
     __global const int *tile_state;
     __global const real *area, *d_coverage;
-    int first_strip, last_strip, layer;
+    int first_strip, last_strip;
     int strip, tile, index;  // the tile looked up last, -1 where it stores no coverage
-} Cells;
+} Lookup;
 
-inline int cells_tile(Cells *cells, int strip, int tile)
+inline Lookup lookup_of(Grid grid, __global const Tables *tables, __global realv *cells, int layer)
 {
-    if (strip == cells->strip && tile == cells->tile) return cells->index;
-    cells->strip = strip;
-    cells->tile = tile;
-    cells->index = -1;
-    int2 strips = cells->layer_strips[cells->layer];
-    if (strip < max(cells->first_strip, strips_first(strips))) return -1;
-    if (strip >= min(cells->last_strip, strips_last(strips))) return -1;
-    int4 span = cells->spans[cells->layer_spans[strips.x + strip]];
+    Cells at = cells_of(tables, cells);
+    int2 strips = layer_strips(tables, layer);
+    Lookup lookup = {spans_of(tables),
+                     table_at(tables, tables->layer_spans) + strips.x,
+                     at.tile_state,
+                     (__global const real *)at.area,
+                     (__global const real *)at.scratch,
+                     max(grid.first_strip, strips_first(strips)),
+                     min(grid.last_strip, strips_last(strips)),
+                     -1,
+                     -1,
+                     -1};
+    return lookup;
+}
+
+inline int lookup_tile(Lookup *lookup, int strip, int tile)
+{
+    if (strip == lookup->strip && tile == lookup->tile) return lookup->index;
+    lookup->strip = strip;
+    lookup->tile = tile;
+    lookup->index = -1;
+    if (strip < lookup->first_strip || strip >= lookup->last_strip) return -1;
+    int4 span = lookup->spans[lookup->layer_spans[strip]];
     if (tile < span_first(span) || tile >= span_last(span)) return -1;
     int index = span_tile(span, tile);
-    return cells->index = cells->tile_state[index] == EDGE ? index : -1;
+    return lookup->index = lookup->tile_state[index] == EDGE ? index : -1;
 }
 
 // d_coverage times d coverage / dA at a pixel; 0 where no coverage is stored. `direction` is the sign of the change of A
 // that counts, 0 for both: at the kinks of min(|A|, 1) the mean of the two slopes.
-inline real cell_gradient(Cells *cells, int column, int row, int direction)
+inline real cell_gradient(Lookup *lookup, int column, int row, int direction)
 {
     if (column < 0 || row < 0) return 0;
-    int index = cells_tile(cells, row / LANES, column / TILE);
+    int index = lookup_tile(lookup, row / LANES, column / TILE);
     if (index < 0) return 0;
     int cell = (index * TILE + column % TILE) * LANES + row % LANES;
-    real a = cells->area[cell], size = MAGNITUDE(a);
+    real a = lookup->area[cell], size = MAGNITUDE(a);
     real slope = a > 0 ? 1 : a < 0 ? -1 : direction;                 // of |A|, which can only grow from 0
     if (size > 1 + SNAP) slope = 0;                                   // saturated
     if (size >= 1 - SNAP && a * direction > 0) slope = 0;             // about to be
-    if (direction == 0 && MAGNITUDE(size - 1) <= 16 * REAL_EPSILON) slope /= 2;  // mean of both directions
-    return slope * cells->d_coverage[cell];
+    if (direction == 0 && MAGNITUDE(size - 1) <= KINK) slope /= 2;  // mean of both directions
+    return slope * lookup->d_coverage[cell];
 }
 
 // Backward.  Moving a point of a line by (mx, my) changes A of the pixel it lies in by n . (mx, my) per unit of the line's
@@ -206,44 +216,40 @@ inline real cell_gradient(Cells *cells, int column, int row, int direction)
 //
 // Work-item: one line.
 //
-// lines  (L,)  in          line_layers  (L,)  in          spans, layer_strips, layer_spans  in: where tiles are
-// tile_state, area, d_coverage  in, as left by coverage_forward and compositing
-// d_lines  (L,)  out, loss per px of (x0, y0, x1, y1)
-__kernel void coverage_backward(int4 band, int num_lines, int width, int height, __global const real4 *lines,
-                                __global const int *line_layers, __global const int4 *spans,
-                                __global const int2 *layer_strips, __global const int *layer_spans,
-                                __global const int *tile_state, __global const real *area,
-                                __global const real *d_coverage, __global real4 *d_lines)
+// tables, lines  in       cells  in: tile_state, area and, in scratch, d_coverage, as left by compositing
+// d_lines  (num_lines,)  out, loss per px of (x0, y0, x1, y1)
+__kernel void coverage_backward(Grid grid, __global const Tables *tables, __global real4 *lines, __global realv *cells,
+                                __global real4 *d_lines)
 {
     int id = get_global_id(0);
-    if (id >= num_lines) return;
-    real4 line = lines[id], part = line;
+    if (id >= tables->num_lines) return;
+    real4 line = lines_of(tables, lines)[id], part = line;
     real2 d = line.zw - line.xy, normal = (real2)(-d.y, d.x);
     real g0 = 0, g1 = 0;
-    Cells cells = {spans, layer_strips, layer_spans, tile_state, area, d_coverage, band.z, band.w, line_layers[id], -1, -1, -1};
+    Lookup lookup = lookup_of(grid, tables, cells, table_at(tables, tables->line_layers)[id]);
     int on_column_border = d.x == 0 && d.y != 0 && line.x == floor_of(line.x);
     int on_row_border = d.y == 0 && d.x != 0 && line.y == floor_of(line.y);
     int steep = MAGNITUDE(d.y) >= MAGNITUDE(d.x), sign_x = normal.x < 0 ? -1 : 1, sign_y = normal.y < 0 ? -1 : 1;
     real start = steep ? line.y : line.x, per_px = 1 / (steep ? d.y : d.x);
-    int top = band.z * LANES, bottom = min(height, band.w * LANES);  // rows beyond the band have their own turn
+    int top = grid.first_strip * LANES, bottom = min(grid.height, grid.last_strip * LANES);  // rows beyond the band have their own turn
     int some = MAGNITUDE(d.x) >= FLAT || MAGNITUDE(d.y) >= FLAT;
-    if (some && clip_y(&part, top, bottom) && clip_x(&part, 0, width)) {
+    if (some && clip_y(&part, top, bottom) && clip_x(&part, 0, grid.width)) {
         Walk walk = walk_begin(part);
         while (walk_next(&walk)) {
             Piece p = walk.piece;
             real s0 = ((steep ? p.y0 : p.x0) - start) * per_px, s1 = ((steep ? p.y1 : p.x1) - start) * per_px;
             real g;
             if (on_column_border)
-                g = (cell_gradient(&cells, p.column - 1, p.row, -sign_x) + cell_gradient(&cells, p.column, p.row, sign_x)) / 2;
+                g = (cell_gradient(&lookup, p.column - 1, p.row, -sign_x) + cell_gradient(&lookup, p.column, p.row, sign_x)) / 2;
             else if (on_row_border)
-                g = (cell_gradient(&cells, p.column, p.row - 1, -sign_y) + cell_gradient(&cells, p.column, p.row, sign_y)) / 2;
+                g = (cell_gradient(&lookup, p.column, p.row - 1, -sign_y) + cell_gradient(&lookup, p.column, p.row, sign_y)) / 2;
             else
-                g = cell_gradient(&cells, p.column, p.row, 0);
+                g = cell_gradient(&lookup, p.column, p.row, 0);
             real middle = (s0 + s1) / 2;
             g0 += g * (s1 - s0) * (1 - middle);
             g1 += g * (s1 - s0) * middle;
         }
     }
     real4 d_line = (real4)(normal * g0, normal * g1);
-    d_lines[id] = band.z > 0 ? d_lines[id] + d_line : d_line;
+    d_lines[id] = grid.first_strip > 0 ? d_lines[id] + d_line : d_line;
 }

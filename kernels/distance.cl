@@ -35,15 +35,14 @@ DEFINE_DISTANCE_SQUARED(distances_squared, realv)
 
 // Work-item: one span.
 //
-// spans  (num_spans,)  in      layer_segments, line_offsets, segment_bounds, lines  in, as in coverage.cl
-// near  (num_tiles,)  out: 1 where closeness is stored      closeness  (num_tiles, TILE)  out, px, 0 beyond the canvas
-// span_sums  (num_spans,)  out, px
-inline void measure_span(int id, int width, int height, real tau, __global const int4 *spans,
-                         __global const int *layer_segments, __global const int *line_offsets,
-                         __global const real4 *segment_bounds, __global const real4 *lines, __global int *near,
-                         __global realv *closeness, __global real *span_sums)
+// tables, lines  in      distances  out: closeness, near, span_sums
+inline void measure_span(int id, Grid grid, real tau, __global const Tables *tables, __global const real4 *lines,
+                         __global realv *distances)
 {
-    int4 span = spans[id];
+    Outlines outlines = outlines_of(tables, lines);
+    __global realv *closeness = distances_of(tables, distances).closeness;
+    __global int *near = distances_of(tables, distances).near;
+    int4 span = spans_of(tables)[id];
     int layer = span_layer(span);
     real top = span_strip(span) * LANES, low = top + (real)0.5 - tau, high = top + LANES - (real)0.5 + tau;
     realv y = top + (real)0.5 + lane_rows();
@@ -51,16 +50,16 @@ inline void measure_span(int id, int width, int height, real tau, __global const
     real reach = tau + length(half_tile), reach_squared = reach * reach;
     for (int tile = span_first(span); tile < span_last(span); tile++) near[span_tile(span, tile)] = 0;
 
-    for (int segment = layer_segments[layer]; segment < layer_segments[layer + 1]; segment++) {
-        if (segment_bounds[segment].w < low || segment_bounds[segment].y > high) continue;
-        for (int k = line_offsets[segment]; k < line_offsets[segment + 1]; k++) {
-            real4 line = lines[k];
+    for (int segment = outlines.layer_segments[layer]; segment < outlines.layer_segments[layer + 1]; segment++) {
+        if (outlines.bounds[segment].w < low || outlines.bounds[segment].y > high) continue;
+        for (int k = outlines.line_offsets[segment]; k < outlines.line_offsets[segment + 1]; k++) {
+            real4 line = outlines.lines[k];
             if ((line.y < low && line.w < low) || (line.y > high && line.w > high)) continue;
             Rod rod = rod_of(line);
             real y_center = top + (real)LANES / 2 - rod.middle.y;
             realv u_rows = (y - rod.middle.y) * rod.along.y, v_rows = (y - rod.middle.y) * rod.along.x;
             real left = LESSER(line.x, line.z) - tau, right = GREATER(line.x, line.z) + tau;
-            left = GREATER(left, (real)0), right = LESSER(right, (real)width);
+            left = GREATER(left, (real)0), right = LESSER(right, (real)grid.width);
             int last = min((int)(right / TILE) + 1, span_last(span));
             for (int tile = max((int)(left / TILE), span_first(span)); tile < last; tile++) {
                 real x = tile * TILE + (real)TILE / 2 - rod.middle.x;
@@ -85,69 +84,70 @@ inline void measure_span(int id, int width, int height, real tau, __global const
         }
     }
 
-    realv sum = 0, inside = select((realv)0, (realv)1, y < (realv)height);
+    realv sum = 0, inside = select((realv)0, (realv)1, y < (realv)grid.height);
     for (int tile = span_first(span); tile < span_last(span); tile++) {
         int index = span_tile(span, tile);
         if (!near[index]) continue;
         for (int i = 0; i < TILE; i++) {
-            realv value = tile * TILE + i < width ? inside * (tau - sqrt(closeness[index * TILE + i])) : (realv)0;
+            realv value = tile * TILE + i < grid.width ? inside * (tau - sqrt(closeness[index * TILE + i])) : (realv)0;
             closeness[index * TILE + i] = value;
             sum += value;
         }
     }
-    span_sums[id] = sum_lanes(sum);
+    distances_of(tables, distances).span_sums[id] = sum_lanes(sum);
 }
 
-__kernel void distance_forward(int4 band, int width, int height, real tau, __global const int4 *spans,
-                               __global const int *layer_segments, __global const int *line_offsets,
-                               __global const real4 *segment_bounds, __global const real4 *lines, __global int *near,
-                               __global realv *closeness, __global real *span_sums)
+__kernel void distance_forward(Grid grid, real tau, __global const Tables *tables, __global const real4 *lines,
+                               __global realv *distances)
 {
-    int id = band.x + get_global_id(0);
-    if (id >= band.y) return;
-    measure_span(id, width, height, tau, spans, layer_segments, line_offsets, segment_bounds, lines, near, closeness,
-                 span_sums);
+    int id = grid.first_span + get_global_id(0);
+    if (id < grid.last_span) measure_span(id, grid, tau, tables, lines, distances);
 }
 
-// The factor of each layer's closeness in the mean of eq. (1): 1 / (n sum), n being the number of layers whose outline is
-// within tau of some pixel; 0 for the others. Work-item: one, alone.
+// The factor of each layer's closeness in `scale` times the mean of eq. (1): scale / (n sum), n being the number of layers
+// whose outline is within tau of some pixel; 0 for the others. Work-item: one, alone.
 //
-// layer_strips, layer_spans  in: the layers' spans      span_sums  (num_spans,)  in, px      factors  (N,)  out, 1/px
-__kernel void distance_normalize(int num_layers, __global const int2 *layer_strips, __global const int *layer_spans,
-                                 __global const real *span_sums, __global real *factors)
+// tables  in      distances  in: span_sums; out: factors
+__kernel void distance_normalize(real factor_scale, __global const Tables *tables, __global realv *distances)
 {
     if (get_global_id(0) > 0) return;
+    Distances at = distances_of(tables, distances);
     int count = 0;
-    for (int layer = 0; layer < num_layers; layer++) {
-        int2 strips = layer_strips[layer];
+    for (int layer = 0; layer < tables->num_layers; layer++) {
+        int2 strips = layer_strips(tables, layer);
+        __global const int *spans = table_at(tables, tables->layer_spans) + strips.x;
         real sum = 0;
-        for (int strip = strips_first(strips); strip < strips_last(strips); strip++)
-            sum += span_sums[layer_spans[strips.x + strip]];
-        factors[layer] = sum > 0 ? 1 / sum : (real)0;
+        for (int strip = strips_first(strips); strip < strips_last(strips); strip++) sum += at.span_sums[spans[strip]];
+        at.factors[layer] = sum > 0 ? 1 / sum : (real)0;
         count += sum > 0;
     }
-    for (int layer = 0; layer < num_layers; layer++) factors[layer] /= max(count, 1);
+    for (int layer = 0; layer < tables->num_layers; layer++) {
+        real factor = at.factors[layer] / max(count, 1);
+        at.factors[layer] = factor_scale * factor;
+    }
 }
 
 // Mean over layers of d', or, for `released` (the authors' program), the largest closeness among the layers from
 // first_layer on. Work-item: one tile.
 //
-// spans, strip_offsets, near, closeness, factors  in      weight  (plane)  out
-__kernel void distance_weight(int4 band, int num_tiles, int first_layer, int released, __global const int4 *spans,
-                              __global const int *strip_offsets, __global const int *near,
-                              __global const realv *closeness, __global const real *factors, __global realv *weight)
+// tables, distances  in      weight  (plane)  out
+__kernel void distance_weight(Grid grid, int first_layer, int released, __global const Tables *tables,
+                              __global realv *distances, __global realv *weight)
 {
-    int id = get_global_id(0), tile = id % num_tiles, strip = band.z + id / num_tiles;
-    if (strip >= band.w) return;
+    int strip, tile;
+    if (!grid_tile(grid, get_global_id(0), &strip, &tile)) return;
+    Distances at = distances_of(tables, distances);
+    __global const int4 *spans = spans_of(tables);
+    __global const int *strip_spans = table_at(tables, tables->strip_offsets) + strip;
     realv sum[TILE];
     for (int i = 0; i < TILE; i++) sum[i] = 0;
-    for (int k = strip_offsets[strip]; k < strip_offsets[strip + 1]; k++) {
-        int index = near_tile(spans[k], near, tile);
+    for (int k = strip_spans[0]; k < strip_spans[1]; k++) {
+        int index = near_tile(spans[k], at.near, tile);
         if (index < 0 || span_layer(spans[k]) < first_layer) continue;
         if (released)
-            for (int i = 0; i < TILE; i++) sum[i] = GREATER(sum[i], closeness[index * TILE + i]);
+            for (int i = 0; i < TILE; i++) sum[i] = GREATER(sum[i], at.closeness[index * TILE + i]);
         else
-            add_weight(factors[span_layer(spans[k])], closeness + index * TILE, sum);
+            add_weight(at.factors[span_layer(spans[k])], at.closeness + index * TILE, sum);
     }
-    for (int i = 0; i < TILE; i++) weight[(strip * num_tiles + tile) * TILE + i] = sum[i];
+    for (int i = 0; i < TILE; i++) weight[(strip * grid.num_tiles + tile) * TILE + i] = sum[i];
 }

@@ -6,55 +6,53 @@
 
 // Work-item: one layer; one more for the sums over the whole canvas.
 //
-// layer_strips, layer_spans, spans  in: where tiles are       tile_state  (num_tiles,)  in: 0 where the layer is not
-// d_colors  (num_tiles,)  in         d_tiles  (strips of the band * num_tiles, 4)  in
-// result  see common.h  out: loss, d_background, d_colors
-__kernel void reduce_tiles(int4 band, int num_layers, int num_tiles, __global const int4 *spans,
-                           __global const int2 *layer_strips, __global const int *layer_spans,
-                           __global const int *tile_state, __global const real4 *d_colors, __global const real4 *d_tiles,
-                           __global real4 *result)
+// tables, cells, d_tiles  in       result  out: loss, d_background, d_colors
+__kernel void reduce_tiles(Grid grid, __global const Tables *tables, __global realv *cells, __global real4 *d_tiles,
+                           __global real *result)
 {
-    int layer = get_global_id(0);
+    int layer = get_global_id(0), num_layers = tables->num_layers;
     if (layer > num_layers) return;
-    int slot = layer == num_layers ? 0 : 1 + layer;
-    real4 sum = band.z > 0 ? result[slot] : (real4)0;
+    TileSums sums = tile_sums_of(grid, tables, d_tiles);
+    __global real4 *out = layer == num_layers ? (__global real4 *)result : result_colors(result) + layer;
+    real4 sum = grid.first_strip > 0 ? *out : (real4)0;
     if (layer == num_layers) {
-        for (int i = 0; i < (band.w - band.z) * num_tiles; i++) sum += d_tiles[i];
-        result[slot] = sum;
+        for (int i = 0; i < (grid.last_strip - grid.first_strip) * grid.num_tiles; i++) sum += sums.d_canvas[i];
+        *out = sum;
         return;
     }
-    int2 strips = layer_strips[layer];
-    int last = min(band.w, strips_last(strips));
-    for (int strip = max(band.z, strips_first(strips)); strip < last; strip++) {
-        int4 span = spans[layer_spans[strips.x + strip]];
+    __global const int *tile_state = cells_of(tables, cells).tile_state;
+    int2 strips = layer_strips(tables, layer);
+    int last = min(grid.last_strip, strips_last(strips));
+    for (int strip = max(grid.first_strip, strips_first(strips)); strip < last; strip++) {
+        int4 span = layer_span(tables, strips, strip);
         for (int tile = span_first(span); tile < span_last(span); tile++) {
             int index = span_tile(span, tile);
-            if (tile_state[index] != 0) sum += d_colors[index];
+            if (tile_state[index] != 0) sum += sums.d_colors[index];
         }
     }
-    result[slot] = sum;
+    *out = sum;
 }
 
 // Work-item: one layer.
 //
-// params, layer_strips, layer_spans, spans, tile_state  in       d_fills  (num_tiles, reals of a record)  in
-// fill_sums  (N, reals of a record)  out: the records' sums, of layers with a gradient
-__kernel void reduce_fills(int4 band, int num_layers, __global const real *params, __global const int4 *spans,
-                           __global const int2 *layer_strips, __global const int *layer_spans,
-                           __global const int *tile_state, __global const real *d_fills, __global real *fill_sums)
+// params, tables, cells, d_tiles  in       result  out: sums of d_fills, of layers with a gradient
+__kernel void reduce_fills(Grid grid, __global const real *params, __global const Tables *tables, __global realv *cells,
+                           __global real4 *d_tiles, __global real *result)
 {
 #if FILLS
     int layer = get_global_id(0), num_reals = record_reals(params);
-    if (layer >= num_layers) return;
-    __global real *sum = fill_sums + layer * num_reals;
-    if (band.z == 0)
+    if (layer >= tables->num_layers) return;
+    __global real *sum = result_fills(tables, result) + layer * num_reals;
+    if (grid.first_strip == 0)
         for (int i = 0; i < num_reals; i++) sum[i] = 0;
     if (!is_gradient(params, layer)) return;
+    __global const int *tile_state = cells_of(tables, cells).tile_state;
+    __global const real *d_fills = tile_sums_of(grid, tables, d_tiles).d_fills;
     int last_real = D_GEOMETRY + D_STOP * (int)layer_fill(params, layer)[2];
-    int2 strips = layer_strips[layer];
-    int last = min(band.w, strips_last(strips));
-    for (int strip = max(band.z, strips_first(strips)); strip < last; strip++) {
-        int4 span = spans[layer_spans[strips.x + strip]];
+    int2 strips = layer_strips(tables, layer);
+    int last = min(grid.last_strip, strips_last(strips));
+    for (int strip = max(grid.first_strip, strips_first(strips)); strip < last; strip++) {
+        int4 span = layer_span(tables, strips, strip);
         for (int tile = span_first(span); tile < span_last(span); tile++) {
             int index = span_tile(span, tile);
             if (tile_state[index] == 0) continue;

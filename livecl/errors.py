@@ -46,7 +46,7 @@ class KernelBuildError(LiveclError):
 
 
 class SvgError(LiveclError):
-    """An SVG cannot be read as closed filled paths."""
+    """An SVG cannot be read as filled and stroked paths."""
 
 
 class ImageError(LiveclError):

@@ -15,7 +15,9 @@ from scipy import ndimage
 import livecl
 from livecl.drawing.drawing import Drawing
 from livecl.geometry import bezier
+from livecl.rendering.rasterizer import TOLERANCE
 from livecl.rendering.single import render
+from livecl.rendering.strokes import filled
 
 #: Squared difference at a pixel that an outline crosses, for a step from 0 to 1. resvg and skia sample coverage on a
 #: grid of 4 x 4 a pixel, so an edge lies up to an eighth of a pixel from its place; where edges lie anywhere, the mean
@@ -30,7 +32,7 @@ def outline_pixels(drawing: Drawing) -> NDArray[np.bool_]:
     """Return the pixels that outlines pass through, sampled at steps of at most a quarter of a pixel: (H, W)."""
     height, width = drawing.size
     mask = np.zeros((height, width), dtype=bool)
-    for cubic in drawing.cubics:
+    for cubic in filled(drawing, None, TOLERANCE).drawing.cubics:  # of strokes, both sides
         length = np.abs(np.diff(cubic, axis=0)).sum()
         x, y = bezier.evaluate(cubic, np.linspace(0, 1, 2 + int(min(4 * length, 1e5)))).T
         inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)

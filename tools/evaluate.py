@@ -65,7 +65,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"evaluate: error: {error}", file=sys.stderr)
         return BAD_INPUT
     try:
-        rows, failures = work(planned, arguments.processes, arguments.reuse)
+        rows, failures = work(planned, arguments.processes)
         report(arguments.output, rows, failures, {picture_name(picture): picture for picture in pictures})
     except KeyboardInterrupt:
         print("evaluate: interrupted; finished runs are kept, start again to go on", file=sys.stderr)
@@ -96,7 +96,6 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--processes", type=positive, default=os.cpu_count() or 1, metavar="N", help="runs at a time")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of all runs (0)")
     parser.add_argument("--device", metavar="D", help="OpenCL device: index or part of its name")
-    parser.add_argument("--reuse", action="store_true", help="keep finished runs of earlier states of the program, too")
     return parser
 
 
@@ -156,14 +155,14 @@ def check_packages(methods: Sequence[Method]) -> None:
             raise ValueError(f"{package} is not installed: pip install 'livecl[{extra}]'")
 
 
-def work(planned: Sequence[Run], processes: int, reuse: bool) -> tuple[list[Row], list[str]]:
+def work(planned: Sequence[Run], processes: int) -> tuple[list[Row], list[str]]:
     """Do the missing runs; return the rows in the order of the plan, and a line for each failure."""
     rows_of: dict[Path, list[Row]] = {}
     failures: list[str] = []
     missing, keys = [], []
     for run in planned:
         try:
-            kept, key = run.kept_rows(reuse), run.key()
+            kept, key = run.kept_rows(), run.key()
         except OSError as error:
             failures.append(f"{run.title}: {error}")
             continue

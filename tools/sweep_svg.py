@@ -29,6 +29,7 @@ from scipy import ndimage
 
 import livecl
 from livecl.drawing import Drawing
+from livecl.drawing.assembly import stretched
 from livecl.errors import SvgError
 
 #: Largest side compared, px.
@@ -91,7 +92,7 @@ def resized(drawing: Drawing, size: tuple[int, int]) -> Drawing:
     if np.abs(np.subtract(drawing.size, size)).max() <= 1:
         return drawing
     factors = size[1] / drawing.size[1], size[0] / drawing.size[0]
-    return drawing.replace(points=drawing.points * factors, size=size, fills=drawing.fills.stretched(factors))
+    return stretched(drawing, factors, size)
 
 
 def outcome(path: Path) -> Outcome:

@@ -6,22 +6,20 @@ from __future__ import annotations
 import dataclasses
 import importlib.util
 import json
-import math
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.cli.facts import facts
 from livecl.cli.messages import write_standard
 from livecl.cli.progress import OutputProgress
-from livecl.drawing.colors import format_rgb
 from livecl.files import check_file, check_folder, write_atomically
 from livecl.run.recipe import Recipe
 from livecl.run.result import Result
-from livecl.version import __version__
 
 if TYPE_CHECKING:
     from livecl.views.course import Course
@@ -118,58 +116,7 @@ def write_stages(folder: Path, finished: Finished) -> None:
 
 def write_json(file: Path, finished: Finished) -> None:
     """Write size, options, error and seconds."""
-    write_atomically(file, json.dumps(facts(finished), indent=2, allow_nan=False) + "\n")
-
-
-def facts(finished: Finished) -> dict[str, Any]:
-    """Return the content of ``--json``: size, options, error, layers (bottom first) and stages.
-
-    Seconds are without compilation, which stands apart.
-    """
-    recipe, result = finished.recipe, finished.result
-    drawing = result.drawing
-    height, width = drawing.size
-    working_height, working_width = result.working_size or result.drawing.size
-    return {
-        "width": width,
-        "height": height,
-        "working_width": working_width,
-        "working_height": working_height,
-        "device": result.device,
-        "version": __version__,
-        "options": {**dataclasses.asdict(result.options), "schedule": list(recipe.stages), "seed": recipe.seed},
-        "paths": result.drawing.num_layers,
-        "mse": _known(result.mse),
-        "stopped": result.stopped,
-        "seconds": result.seconds,
-        "compile_seconds": result.compile_seconds,
-        "layers": [
-            {
-                "label": label,
-                "color": format_rgb(rgba),
-                "opacity": float(rgba[3]),
-                "nodes": int(nodes),
-                "subpaths": int(subpaths),
-                "stage": int(stage) + 1,
-            }
-            for label, rgba, nodes, subpaths, stage in zip(
-                drawing.labels,
-                drawing.colors,
-                np.diff(drawing.segment_offsets),
-                np.diff(drawing.layer_offsets),
-                drawing.stages,
-                strict=True,
-            )
-        ],
-        "stages": [
-            {"paths": stage.paths, "mse": _known(stage.mse), "iterations": stage.iterations, "seconds": stage.seconds}
-            for stage in result.stages
-        ],
-    }
-
-
-def _known(error: float) -> float | None:
-    return None if math.isnan(error) else error
+    write_atomically(file, json.dumps(facts(finished.result, finished.recipe), indent=2, allow_nan=False) + "\n")
 
 
 def write_html(file: Path, finished: Finished) -> None:

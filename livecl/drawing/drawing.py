@@ -121,6 +121,8 @@ class Drawing:
         values["names"] = ("",) * num_layers if names is None else checked_names(names, num_layers)
         values["fills"] = checked_fills(fills, num_layers)
         values["strokes"] = checked_strokes(strokes, values["layer_offsets"], values["subpath_offsets"])
+        ends = values["subpath_offsets"][1:][values["strokes"].is_open] - 1
+        values["points"][ends, 1:] = values["points"][ends, :1]  # handles that nobody sees
         if values["fills"].any_gradients:
             values["colors"][values["fills"].gradient_layers] = values["fills"].mean_colors()
         for value in values.values():
@@ -299,7 +301,7 @@ class Drawing:
         ----------
         spec : int or str
             An index from 0, the bottom layer, also as text; else the whole of a label; else, in any case, a part of
-            one, or the colour of the fill to 8 bits: ``#rrggbb``, a CSS name.
+            one, or the colour of the fill, or of a stop, to 8 bits: ``#rrggbb``, a CSS name.
 
         Returns
         -------

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Labels of layers: names made of colour and place, and selection of layers by name or colour."""
+"""Labels of layers: names made of fill and place, and selection of layers by name or colour."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.checks import MAX_NAME, clean_name
 from livecl.drawing.color_words import color_names
 from livecl.drawing.colors import parse_rgba
+from livecl.drawing.fills import SOLID
 from livecl.geometry import bezier
 
 if TYPE_CHECKING:
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 
 #: Names that an error lists.
 _MAX_LISTED = 12
+#: Colours that a label names of a gradient.
+_MAX_STOP_NAMES = 3
 
 _ROWS, _COLUMNS = ("top", "", "bottom"), ("left", "", "right")
 
@@ -28,6 +32,7 @@ def layer_labels(drawing: Drawing) -> tuple[str, ...]:
     """Return each layer's name, or where it has none one of index, colour and place: ``layer-03 orange left``.
 
     Indices count from 0, the bottom. The place is where the centre of the layer's area lies in the canvas's thirds.
+    A gradient is named by its stops: ``layer-03 yellow to orange left``.
     """
     unnamed = [layer for layer, name in enumerate(drawing.names) if not name]
     if not unnamed:
@@ -35,9 +40,27 @@ def layer_labels(drawing: Drawing) -> tuple[str, ...]:
     labels = list(drawing.names)
     digits = max(2, len(str(drawing.num_layers - 1)))
     centers = layer_centers(drawing)
-    for layer, color in zip(unnamed, color_names(drawing.colors[unnamed, :3]), strict=True):
+    for layer, color in zip(unnamed, fill_names(drawing.layer_subset(unnamed)), strict=True):
         labels[layer] = f"layer-{layer:0{digits}d} {color} {_place(centers[layer], drawing.size)}"
     return tuple(labels)
+
+
+def fill_names(drawing: Drawing) -> list[str]:
+    """Name each layer's fill by basic words: ``orange``; of gradients those of the stops, as ``yellow to orange``.
+
+    Neighbouring stops of one name count once; of more than `_MAX_STOP_NAMES`, the first and the last are told.
+    Stops of opacity 0 are called transparent.
+    """
+    names = color_names(drawing.colors[:, :3])
+    fills = drawing.fills
+    for layer in fills.gradient_layers.tolist():
+        stops = fills.stop_colors[fills.stops(layer)]
+        words = [
+            name if rgba[3] > 0 else "transparent" for name, rgba in zip(color_names(stops[:, :3]), stops, strict=True)
+        ]
+        distinct = [word for word, _ in itertools.groupby(words)]
+        names[layer] = " to ".join(distinct if len(distinct) <= _MAX_STOP_NAMES else distinct[:: len(distinct) - 1])
+    return names
 
 
 def layer_centers(drawing: Drawing) -> NDArray[np.float64]:
@@ -78,12 +101,15 @@ def select_layers(drawing: Drawing, spec: int | str) -> NDArray[np.int64]:
 
 
 def _filled(drawing: Drawing, text: str) -> NDArray[np.bool_]:
-    """Which layers are filled with a CSS colour, to 8 bits of RGB: (N,)."""
+    """Which layers are filled with a CSS colour, or have a stop of it, to 8 bits of RGB: (N,)."""
     try:
-        rgb = parse_rgba(text)[:3]
+        rgb = np.rint(np.array(parse_rgba(text)[:3]) * 255)
     except ValueError:
         return np.zeros(drawing.num_layers, dtype=bool)
-    return np.all(np.rint(drawing.colors[:, :3] * 255) == np.rint(np.array(rgb) * 255), axis=1)
+    fills = drawing.fills
+    found = (fills.kinds == SOLID) & np.all(np.rint(drawing.colors[:, :3] * 255) == rgb, axis=1)
+    found[fills.stop_layers[np.all(np.rint(fills.stop_colors[:, :3] * 255) == rgb, axis=1)]] = True
+    return np.asarray(found)
 
 
 def _listed(labels: Iterable[str]) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Interpolation of drawings: control points and colours of matched layers, blended linearly."""
+"""Interpolation of drawings: control points and fills of matched layers, blended linearly."""
 
 from __future__ import annotations
 
@@ -12,17 +12,19 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.drawing.assembly import stretched
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
+from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.errors import check_type
 from livecl.geometry import bezier
 from livecl.interpolation.alignment import CubicPaths, align
+from livecl.interpolation.fills import mix_geometry, paired_fills
 from livecl.interpolation.matching import Match, match_layers
 
 #: Transitions of layers without a partner.
 Lone = Literal["fade", "grow"]
 
 FloatArray = NDArray[np.float64]
-#: Outline and colour, straight RGBA.
-_Layer: TypeAlias = tuple[CubicPaths, FloatArray]
+#: Outline, colour, straight RGBA, and fill.
+_Layer: TypeAlias = tuple[CubicPaths, FloatArray, Fills]
 
 
 @overload
@@ -68,7 +70,8 @@ def interpolate(
     Notes
     -----
     Points: ``p = (1 - t) p_a + t p_b``, after :func:`livecl.interpolation.alignment.align`. Colours are mixed
-    premultiplied, see :func:`mix_colors`; those of a layer with a gradient go by its mean.
+    premultiplied, see :func:`mix_colors`, and so are those of a gradient's stops, whose points and places are mixed
+    like points. Fills of different kinds: :func:`livecl.interpolation.fills.paired_fills`.
     """
     places = np.atleast_1d(np.asarray(t, dtype=np.float64))
     if places.ndim != 1 or not np.all((places >= 0) & (places <= 1)):
@@ -100,15 +103,18 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
     layers = [_layer_ends(a, b, i, j, lone) for i, j in pairs]
     starts, ends = [layer[0] for layer in layers], [layer[1] for layer in layers]
     start = Drawing.from_outlines(
-        [[subpath[:, :3] for subpath in outline] for outline, _ in starts],
-        [color for _, color in starts],
+        [[subpath[:, :3] for subpath in outline] for outline, _, _ in starts],
+        [color for _, color, _ in starts],
         a.size,
         a.background,
         stages=[b.stages[j] if i is None else a.stages[i] for i, j in pairs],
         names=[(a.names[i] if i is not None else "") or (b.names[j] if j is not None else "") for i, j in pairs],
+        fills=concatenate_fills([fills for _, _, fills in starts]),
     )
-    points = np.concatenate([subpath[:, :3] for outline, _ in ends for subpath in outline])
-    return start, start.moved(points, np.array([color for _, color in ends]), b.background)
+    points = np.concatenate([subpath[:, :3] for outline, _, _ in ends for subpath in outline])
+    last = concatenate_fills([fills for _, _, fills in ends])
+    fills = start.fills.moved(last.geometry, last.stop_positions, last.stop_colors)
+    return start, start.moved(points, np.array([color for _, color, _ in ends]), b.background, fills)
 
 
 def mix_colors(a: ArrayLike, b: ArrayLike, t: float) -> FloatArray:
@@ -167,7 +173,13 @@ def _between(start: Drawing, end: Drawing, t: float) -> Drawing:
     background = start.background
     if background is not None and end.background is not None:
         background = _mix(background, end.background, t)
-    return start.moved(_mix(start.points, end.points, t), mix_colors(start.colors, end.colors, t), background)
+    first, last = start.fills, end.fills
+    fills = first.moved(
+        mix_geometry(first, last, t),
+        _mix(first.stop_positions, last.stop_positions, t),
+        mix_colors(first.stop_colors, last.stop_colors, t),
+    )
+    return start.moved(_mix(start.points, end.points, t), mix_colors(start.colors, end.colors, t), background, fills)
 
 
 def _mix(a: FloatArray, b: FloatArray, t: float | FloatArray) -> FloatArray:
@@ -176,26 +188,35 @@ def _mix(a: FloatArray, b: FloatArray, t: float | FloatArray) -> FloatArray:
 
 
 def _layer_ends(a: Drawing, b: Drawing, i: int | None, j: int | None, lone: Lone) -> tuple[_Layer, _Layer]:
-    """Return a layer's outline and colour at both ends: those of a pair, or of one layer and its absence."""
+    """Return a layer's outline and fill at both ends: those of a pair, or of one layer and its absence."""
     if i is not None and j is not None:
         first, second = align(_outline(a, i), _outline(b, j))
-        return (first, a.colors[i]), (second, b.colors[j])
+        fills = paired_fills(
+            a.fills.subset([i]), b.fills.subset([j]), (a.colors[i], b.colors[j]), (_box(first), _box(second))
+        )
+        return (first, a.colors[i], fills[0]), (second, b.colors[j], fills[1])
     if i is not None:
-        going = (_outline(a, i), a.colors[i])
+        going = (_outline(a, i), a.colors[i], a.fills.subset([i]))
         return going, _absent(going, lone)
     assert j is not None, "each pair has a layer"
-    coming = (_outline(b, j), b.colors[j])
+    coming = (_outline(b, j), b.colors[j], b.fills.subset([j]))
     return _absent(coming, lone), coming
 
 
 def _absent(layer: _Layer, lone: Lone) -> _Layer:
     """Return an invisible layer: collapsed to the middle of its box, or transparent."""
-    outline, color = layer
+    outline, color, fills = layer
     if lone == "fade":
-        return outline, np.append(color[:3], 0.0)
-    bounds = bezier.hull_bounds(np.concatenate(outline).reshape(-1, 2))
+        clear = fills.stop_colors * (1.0, 1.0, 1.0, 0.0)
+        return outline, np.append(color[:3], 0.0), fills.with_numbers(stop_colors=clear)
+    bounds = _box(outline)
     middle = (bounds[:2] + bounds[2:]) / 2
-    return [np.broadcast_to(middle, subpath.shape) for subpath in outline], color
+    return [np.broadcast_to(middle, subpath.shape) for subpath in outline], color, fills
+
+
+def _box(outline: CubicPaths) -> FloatArray:
+    """Return the box of an outline's control points: (x0, y0, x1, y1), px."""
+    return bezier.hull_bounds(np.concatenate(outline).reshape(-1, 2))
 
 
 def _outline(drawing: Drawing, layer: int) -> CubicPaths:

@@ -26,11 +26,11 @@ from livecl.options import OPAQUE_FROM, Options
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Pixels under which a region is too small for its border to tell more than a circle of its area.
+#: Pixels under which a region is too small for its border to tell more than a circle of its area: 4 px across.
 SMALL_REGION = 12
 #: Price of a segment, as squared error: half of a pixel that is wrong in one channel.
 SEGMENT_ERROR = 0.5
-#: Alpha under which a region counts as clear: no paint makes a picture clearer.
+#: Alpha under which a region counts as clear, as no paint makes a picture clearer: 5 levels of 255.
 CLEAR = 0.02
 
 

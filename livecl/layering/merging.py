@@ -18,9 +18,9 @@ from livecl.layering.contributions import VISIBLE_SHARE, composited_colors, laye
 from livecl.layering.neighbors import flat_regions, mergeable_pairs
 from livecl.layering.stack import Window, window_of
 
-#: Most merges that are tried at a time.
+#: Most merges that are tried at a time, which bounds the time of pictures of very many layers.
 MAX_TRIALS = 64
-#: Step through the outlines fitted to two layers together: every fourth is tried.
+#: Step through the outlines fitted to two layers together: every fourth is tried, which takes a quarter of the time.
 FIT_STEP = 4
 
 

@@ -17,25 +17,37 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from types import EllipsisType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from livecl.image.errors import visible_error
 from livecl.layering.stack import NOWHERE, WHOLE, LayerStack, Window
+from livecl.options import OPAQUE_FROM
 
-#: Alpha from which on a layer counts as opaque and stays so, least factor of the others' opacities, and rounds in which
-#: they are set, one after the other.
-OPAQUE, MIN_FACTOR, ROUNDS = 0.95, 0.2, 4
-#: Squared change of a picture below which a layer does nothing.
+#: Squared change of a picture below which a layer does nothing: far below that of one level of 255 in one pixel.
 MIN_SQUARE = 1e-9
 #: Mask (h, w) of the pixels of a window that are looked at, or all of them.
 Pixels = NDArray[np.bool_] | EllipsisType
 
 
 class Opacities:
-    """Opacities of the translucent layers of a stack, for a target (H, W, 4) of premultiplied RGBA, float32."""
+    """Opacities of the translucent layers of a stack, for a target (H, W, 4) of premultiplied RGBA, float32.
+
+    Layers whose alpha comes to `OPAQUE_FROM` anywhere are opaque, and stay so. No comparison of other values of these
+    is recorded.
+
+    Attributes
+    ----------
+    min_factor : float
+        Least factor of an opacity at a time.
+    rounds : int
+        Rounds in which opacities are set, one after the other.
+    """
+
+    min_factor: ClassVar[float] = 0.2
+    rounds: ClassVar[int] = 4
 
     def __init__(self, target: NDArray[Any], stack: LayerStack) -> None:
         self._target, self._stack = target, stack
@@ -44,9 +56,9 @@ class Opacities:
 
     def follow(self) -> None:
         """Set the opacities of all translucent layers anew, after something was inserted."""
-        for _ in range(ROUNDS):
+        for _ in range(self.rounds):
             for k, window in enumerate(self._stack.windows):
-                if window != NOWHERE and self._stack.alphas[k].max() < OPAQUE:
+                if window != NOWHERE and self._stack.alphas[k].max() < OPAQUE_FROM:
                     _, product, square = self._change(k, window)
                     self._stack.scale(k, 1 + self._step(k, product, square))
         self._changes = {}
@@ -64,7 +76,7 @@ class Opacities:
     def _follower(
         self, k: int, color: NDArray[Any], depth: int, window: Window, pixels: Pixels
     ) -> Callable[[NDArray[Any]], float]:
-        if k == len(self._stack) or self._stack.alphas[k].max() >= OPAQUE:
+        if k == len(self._stack) or self._stack.alphas[k].max() >= OPAQUE_FROM:
             return lambda share: 0.0
         if k not in self._changes:
             self._changes[k] = self._change(k, WHOLE)
@@ -86,7 +98,7 @@ class Opacities:
     def _step(self, k: int, product: float, square: float) -> float:
         """Return the step s above, as far as the opacity can go."""
         most = 1 / float(self._stack.alphas[k].max())
-        return float(np.clip(product / max(square, MIN_SQUARE), MIN_FACTOR - 1, most - 1))
+        return float(np.clip(product / max(square, MIN_SQUARE), self.min_factor - 1, most - 1))
 
     def _removed(self, k: int, product: float, square: float) -> float:
         """Return the error that a layer removes by that step."""

@@ -22,14 +22,33 @@ from livecl.image.errors import visible_error
 from livecl.layering.opacities import Opacities
 from livecl.layering.stack import NOWHERE, WHOLE, FloatArray, LayerStack, Window, meet, window_of, within
 
-#: Depths that are tried beside the top: below the layers that the new one overlaps most.
-MAX_DEPTHS = 8
-#: Overlap, px^2, that counts, and share by which a lower depth must be better than the top.
-MIN_OVERLAP, MIN_ADVANTAGE = 1.0, 0.01
-#: Share of a window up to which a layer that covers no more is looked at by its pixels.
-SPARSE = 0.3
-#: Pixels from which on a layer is large enough to be tried roughly.
-LARGE = 500
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Trying:
+    """Effort of trying a layer at several depths.
+
+    Depths halve the error of faces (docs/quality.md, "Choices of the default method"), measured with these values; no
+    comparison of other values is recorded.
+
+    Attributes
+    ----------
+    max_depths : int
+        Depths tried beside the top: below the layers that the new one overlaps most.
+    min_overlap : float
+        Overlap, px^2, from which on the depth below a layer is tried.
+    min_advantage : float
+        Share by which a lower depth must be better than the top.
+    sparse : float
+        Share of its window up to which a layer is looked at pixel by pixel; this changes the time only.
+    large : int
+        Pixels from which on a layer may be tried roughly.
+    """
+
+    max_depths: int = 8
+    min_overlap: float = 1.0
+    min_advantage: float = 0.01
+    sparse: float = 0.3
+    large: int = 500
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,9 +73,14 @@ class Painting:
         The layers so far.
     follow : bool
         Whether the opacities of translucent layers follow new layers, see :mod:`livecl.layering.opacities`.
+    trying : Trying
+        Effort of each trial.
     """
 
-    def __init__(self, target: NDArray[Any], stack: LayerStack, follow: bool = False) -> None:
+    def __init__(
+        self, target: NDArray[Any], stack: LayerStack, follow: bool = False, trying: Trying = Trying()
+    ) -> None:
+        self._trying = trying
         self.target: NDArray[Any] = target.astype(np.float32)
         self.stack = stack
         self.opacities = Opacities(self.target, stack) if follow else None
@@ -96,13 +120,13 @@ class Painting:
         alphas, together = [alpha[covered] for alpha in alphas], together[covered]
         whole = window = within(covered, within_window)
         area, shares = 1.0, alphas
-        if roughly and np.count_nonzero(together) > LARGE:
+        if roughly and np.count_nonzero(together) > self._trying.large:
             area, (rows, columns) = 4.0, window
             window = slice(rows.start, rows.stop, 2), slice(columns.start, columns.stop, 2)
             together, shares = together[::2, ::2], [alpha[::2, ::2] for alpha in alphas]
-        depths = [top, *self._depths_below(together, window, MIN_OVERLAP / area)]
+        depths = [top, *self._depths_below(together, window, self._trying.min_overlap / area)]
         # Of a window that is mostly empty, as that of thin lines, the pixels covered are looked at one by one.
-        pixels = together > 0 if np.count_nonzero(together) < SPARSE * together.size else ...
+        pixels = together > 0 if np.count_nonzero(together) < self._trying.sparse * together.size else ...
         shares = [share[pixels] for share in shares]
         residual = visible_error(self.target[window][pixels] - stack.image[window][pixels])
         linear, square = np.empty((2, len(depths), *residual.shape[:-1]), np.float32)
@@ -120,7 +144,7 @@ class Painting:
             for number, removed in enumerate(followers):
                 gains[number] += removed(area * share)
             number = int(np.argmax(gains))
-            if gains[number] <= gains[0] + MIN_ADVANTAGE * abs(gains[0]):
+            if gains[number] <= gains[0] + self._trying.min_advantage * abs(gains[0]):
                 number = 0
             trials.append(Trial(depths[number], whole, alpha, color, float(gains[number])))
         return trials
@@ -131,7 +155,7 @@ class Painting:
         for k, (alpha, own) in enumerate(zip(self.stack.alphas, self.stack.windows, strict=True)):
             if meet(window, own):
                 overlaps[k] = np.einsum("hw,hw->", share, alpha[window])
-        return [int(k) for k in np.argsort(-overlaps, kind="stable")[:MAX_DEPTHS] if overlaps[k] > least]
+        return [int(k) for k in np.argsort(-overlaps, kind="stable")[: self._trying.max_depths] if overlaps[k] > least]
 
     def insert(self, trial: Trial) -> Window:
         """Put a new layer where it was tried; return the window in which something changes."""

@@ -20,15 +20,37 @@ from livecl.layering.neighbors import SAME_COLOR
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Blur of the target, px, and levels that each channel is then sorted into: from flat regions to blobs of photographs.
-TARGET_LEVELS = ((0.0, 4), (0.0, 8), (1.0, 8), (2.0, 6), (4.0, 6))
-#: Levels per unit that the difference from the target is rounded to, in each channel. Without a background, paint can
-#: add alpha but not take it away: most candidates are of no use, and small differences are looked at too.
-DIFFERENCE_LEVELS, TRANSPARENT_LEVELS = (4, 8), (4, 8, 16, 32)
-#: Regions count as duplicates if gain and area differ by less than about 1 / `ALIKE`.
-ALIKE = 20
-#: Fewest pixels of a region.
-MIN_PIXELS = 3
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Partitions:
+    """Partitions of a picture that regions are taken from.
+
+    Regions by the error they hold halve the error of faces (docs/quality.md, "Choices of the default method"), measured
+    with these values; no comparison of other values is recorded.
+
+    Attributes
+    ----------
+    target_levels : tuple of (float, int)
+        Blur of the target, px, and levels that each channel is then sorted into: from flat regions to blobs of
+        photographs.
+    difference_levels, transparent_levels : tuple of int
+        Levels per unit that the difference from the target is rounded to, in each channel, over a background and
+        without one. There, paint can add alpha but not take it away: most candidates are of no use, and small
+        differences are looked at too.
+    alike : int
+        Regions count as duplicates if gain and area differ by less than about 1 / `alike`.
+    min_pixels : int
+        Fewest pixels of a region.
+    """
+
+    target_levels: tuple[tuple[float, int], ...] = ((0.0, 4), (0.0, 8), (1.0, 8), (2.0, 6), (4.0, 6))
+    difference_levels: tuple[int, ...] = (4, 8)
+    transparent_levels: tuple[int, ...] = (4, 8, 16, 32)
+    alike: int = 20
+    min_pixels: int = 3
+
+
+PARTITIONS = Partitions()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -82,10 +104,11 @@ class RegionFinder:
         self._target = target
         self._check = check
         self._segmentations = []
-        for blur, levels in TARGET_LEVELS:
+        for blur, levels in PARTITIONS.target_levels:
             smooth = gaussian_filter(target, (blur, blur, 0)) if blur else target
             self._segmentations.append(self._measure(np.minimum(np.floor(smooth * levels), levels - 1)))
-        for levels in DIFFERENCE_LEVELS if target.shape[2] == 3 else TRANSPARENT_LEVELS:
+        opaque = target.shape[2] == 3
+        for levels in PARTITIONS.difference_levels if opaque else PARTITIONS.transparent_levels:
             self._segmentations.append(self._measure(np.round((target - image) * levels)))
 
     def best(self, error: FloatArray, count: int) -> Iterator[Region]:
@@ -98,11 +121,12 @@ class RegionFinder:
         for number, segmentation in enumerate(self._segmentations):
             self._check()
             gain = np.bincount(segmentation.labels.ravel(), error.ravel(), len(segmentation.area)) - segmentation.within
-            gain[segmentation.area < MIN_PIXELS] = 0.0
+            gain[segmentation.area < PARTITIONS.min_pixels] = 0.0
             found += [(-gain[k], number, int(k)) for k in np.argsort(-gain, kind="stable")[:count] if gain[k] > 0]
         for negative_gain, number, k in sorted(found):
             segmentation = self._segmentations[number]
-            size = int(ALIKE * np.log(-negative_gain)), int(ALIKE * np.log(segmentation.area[k]))
+            gain_and_area = PARTITIONS.alike * np.log([-negative_gain, segmentation.area[k]])
+            size = int(gain_and_area[0]), int(gain_and_area[1])
             if size in seen or len(seen) >= count:
                 continue
             seen.add(size)

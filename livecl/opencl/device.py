@@ -9,6 +9,7 @@ import importlib.metadata
 import os
 import re
 import threading
+from collections.abc import Mapping
 from typing import Any
 
 import pyopencl as cl
@@ -54,6 +55,8 @@ class OpenDevice:
         The process that opened it; no other may use it.
     max_bytes : int
         Size of the largest buffer that it allows.
+    memory_bytes : int
+        Size of its memory.
     failure : str or None
         Why it is not to be used any more.
     """
@@ -64,6 +67,7 @@ class OpenDevice:
     queue: Any
     process: int
     max_bytes: int
+    memory_bytes: int
     failure: str | None = None
 
     @functools.cached_property
@@ -78,6 +82,14 @@ class OpenDevice:
         if self.failure is not None:
             raise DeviceError(f"{self.failure}; it was given up: make a new Rasterizer")
 
+    def require_room(self, sizes: Mapping[str, int]) -> None:
+        """Raise DeviceMemoryError where buffers of these bytes, by name, cannot all be there at a time."""
+        for name, size in sizes.items():
+            if size > self.max_bytes:
+                raise DeviceMemoryError(self._no_room(name, size, f"at most {_amount(self.max_bytes)} in one piece"))
+        if (total := sum(sizes.values())) > self.memory_bytes:
+            raise DeviceMemoryError(self._no_room(", ".join(sizes), total, f"it has {_amount(self.memory_bytes)}"))
+
     def buffer(self, name: str, size: int, content: NDArray[Any] | None = None) -> Any:
         """Return a new buffer.
 
@@ -86,8 +98,7 @@ class OpenDevice:
         DeviceMemoryError
             If the device has no room for it.
         """
-        if size > self.max_bytes:
-            raise DeviceMemoryError(self._no_room(name, size, f"at most {_amount(self.max_bytes)} in one piece"))
+        self.require_room({name: size})
         flags: int = cl.mem_flags.READ_WRITE
         if content is not None:
             flags |= cl.mem_flags.COPY_HOST_PTR
@@ -228,4 +239,4 @@ def _open(index: int) -> OpenDevice:
         queue = cl.CommandQueue(context, device, properties=cl.command_queue_properties.PROFILING_ENABLE)
     except cl.Error as error:
         raise DeviceError(f"cannot open {info}: {error}") from error
-    return OpenDevice(info, device, context, queue, os.getpid(), device.max_mem_alloc_size)
+    return OpenDevice(info, device, context, queue, os.getpid(), device.max_mem_alloc_size, device.global_mem_size)

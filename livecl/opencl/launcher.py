@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,7 @@ class _BoundKernel:
 
 
 class Launcher:
-    """Buffers and scalars under the names that they have as parameters of the kernels, and the kernels of one build.
+    """Buffers, structs and scalars under the names of the kernels' parameters, and the kernels of one build.
 
     A name may belong to a scope, ``scope_name``: a kernel launched with that scope takes it before the plain one.
     Arguments that are the same as in the launch before are not set again: that is most of a launch's cost.
@@ -48,43 +49,57 @@ class Launcher:
     """
 
     def __init__(self, opened: OpenDevice, dtype: np.dtype[Any], channels: int, fills: bool = False) -> None:
-        self._dtype = dtype
+        self.dtype = dtype
         self._opened = opened
         self._program = build_program(opened, dtype, channels, fills)
         self._bound: dict[tuple[str, str], _BoundKernel] = {}
         self._values: dict[str, Any] = {}
         self._given: dict[str, Any] = {}
         self._written: dict[str, NDArray[Any]] = {}
+        self._reserved: dict[str, int] = {}
         #: Where a list is put here, each launch appends the kernel's name and its event, for profiling.
         self.trace: list[tuple[str, Any]] | None = None
 
-    def reserve(self, name: str, num_bytes: int) -> Any:
-        """Return the buffer of that name, made anew (half as large again) if it is smaller than asked for.
+    def reserve(self, sizes: Mapping[str, int]) -> None:
+        """Make room in buffers: each is made anew (half as large again) if it is smaller than asked for.
+
+        Parameters
+        ----------
+        sizes : mapping from str to int
+            Bytes of each buffer, by name; of all that are needed together.
 
         Raises
         ------
         DeviceMemoryError
-            If the device has no room for it.
+            If the device has no room for one of them, or for all; then none has been made.
         """
+        if sizes == self._reserved:
+            return
+        self._opened.require_room(sizes)
+        for name, num_bytes in sizes.items():
+            self._reserve(name, num_bytes)
+        self._reserved = dict(sizes)
+
+    def _reserve(self, name: str, num_bytes: int) -> Any:
         buffer = self._values.get(name)
         if buffer is None or buffer.size < num_bytes:
-            size = max(64, num_bytes if buffer is None else num_bytes * 3 // 2)
+            size = max(64, num_bytes if buffer is None else min(num_bytes * 3 // 2, self._opened.max_bytes))
             buffer = self._values[name] = self._opened.buffer(name, size)
         return buffer
 
-    def reserve_reals(self, name: str, count: int) -> Any:
-        """Return the buffer of that name for `count` numbers; see :meth:`reserve`."""
-        return self.reserve(name, count * self._dtype.itemsize)
+    def buffer(self, name: str) -> Any:
+        """Return the buffer of that name."""
+        return self._values[name]
 
     def set(self, **values: Any) -> None:
-        """Set scalars (int, or float for `real`), vectors of four int32, and buffers made elsewhere."""
+        """Set scalars (int, or float for `real`), structs as arrays of their numbers, and buffers made elsewhere."""
         for name, value in values.items():
             last = self._given.get(name)
             if last is value or (isinstance(value, (int, float)) and last == value and type(last) is type(value)):
                 continue
             self._given[name] = value
             if isinstance(value, float):
-                value = self._dtype.type(value)
+                value = self.dtype.type(value)
             elif isinstance(value, int):  # bool too
                 value = np.int32(value)
             self._values[name] = value
@@ -96,20 +111,20 @@ class Launcher:
         other and takes 10 to 40.
         """
         if not values.nbytes:
-            self.reserve(name, 0)
+            self._reserve(name, 0)
         elif self._opened.is_cpu:
             self._values[name] = self._opened.buffer(name, values.nbytes, np.ascontiguousarray(values))
         else:
             self._written[name] = values = np.ascontiguousarray(values)  # must live until the copy is done
-            cl.enqueue_copy(self._opened.queue, self.reserve(name, values.nbytes), values, is_blocking=False)
+            cl.enqueue_copy(self._opened.queue, self._reserve(name, values.nbytes), values, is_blocking=False)
 
     def write_reals(self, name: str, *parts: NDArray[Any]) -> None:
         """Copy the numbers of flat arrays, one after the other, into the buffer of that name, without waiting."""
-        self.write(name, np.concatenate(parts).astype(self._dtype))
+        self.write(name, np.concatenate(parts).astype(self.dtype))
 
     def read(self, name: str, shape: int | tuple[int, ...]) -> NDArray[Any]:
         """Wait for all launches, and return the first numbers of a buffer as an array of that shape."""
-        values = np.empty(shape, self._dtype)
+        values = np.empty(shape, self.dtype)
         cl.enqueue_copy(self._opened.queue, values, self._values[name])
         return values
 

@@ -8,6 +8,7 @@ from .layers import LayerMeasures as LayerMeasures
 from .layers import measure_layers as measure_layers
 from .layers import num_parameters as num_parameters
 from .layers import self_crossing as self_crossing
+from .outlines_sheet import draw_outlines as draw_outlines
 from .pictures import mse as mse
 from .pictures import psnr as psnr
 from .pictures import ssim as ssim
@@ -27,6 +28,7 @@ __all__ = [
     "color_difference",
     "colors_in_picture",
     "disturbed",
+    "draw_outlines",
     "draw_things",
     "main_colors",
     "match_things",

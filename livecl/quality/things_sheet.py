@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
@@ -15,7 +17,9 @@ CELL, COLUMNS, LINE, MARGIN = 84, 14, 14, 4
 _GROUND, _BORDER, _INK = (226, 226, 230), (40, 40, 40), (90, 90, 90)
 
 
-def draw_things(true: Things, drawn: Things, title: str = "") -> Image.Image:
+def draw_things(
+    true: Things, drawn: Things, title: str = "", pictures: Sequence[NDArray[np.float32]] = ()
+) -> Image.Image:
     """Show each thing of a drawing under the true thing that it is matched with.
 
     Pairs come by the true drawing's order, bottom first, then true things without a partner, then things of the drawing
@@ -27,6 +31,8 @@ def draw_things(true: Things, drawn: Things, title: str = "") -> Image.Image:
         Of one canvas.
     title : str
         A line above.
+    pictures : sequence of (H, W, 3) array, optional
+        Those of both drawings in [0, 1], shown in front.
     """
     scores, partners = match_things(true, drawn)
     columns: list[tuple[int, int, str]] = []
@@ -39,13 +45,17 @@ def draw_things(true: Things, drawn: Things, title: str = "") -> Image.Image:
     scale = CELL / max(size)
     cell = max(1, round(size[1] * scale)), max(1, round(size[0] * scale))
     row = 2 * (cell[1] + MARGIN) + LINE
-    rows = -(-len(columns) // COLUMNS)
-    width = MARGIN + min(COLUMNS, len(columns)) * (cell[0] + MARGIN)
+    rows = max(1, -(-len(columns) // COLUMNS))
+    first = cell[0] + 3 * MARGIN if pictures else 0
+    width = MARGIN + first + min(COLUMNS, len(columns)) * (cell[0] + MARGIN)
     sheet = Image.new("RGB", (max(width, int(font.getlength(title)) + 2 * MARGIN), LINE + MARGIN + rows * row), "white")
     pen = ImageDraw.Draw(sheet)
     pen.text((MARGIN, 1), title, fill="black", font=font)
+    for place, image in enumerate(pictures):
+        shown = Image.fromarray(np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)).resize(cell)
+        sheet.paste(shown, (MARGIN, LINE + MARGIN + place * (cell[1] + MARGIN)))
     for place, (above, below, note) in enumerate(columns):
-        left, top = MARGIN + place % COLUMNS * (cell[0] + MARGIN), LINE + MARGIN + place // COLUMNS * row
+        left, top = MARGIN + first + place % COLUMNS * (cell[0] + MARGIN), LINE + MARGIN + place // COLUMNS * row
         for things, thing in ((true, above), (drawn, below)):
             if thing >= 0:
                 sheet.paste(_drawn(things.masks[thing], things.colors[thing], cell), (left, top))

@@ -14,7 +14,8 @@ from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import pieces_for
 from livecl.opencl.launcher import Launcher
 from livecl.rendering.fills import pack_fills
-from livecl.rendering.tiling import Grid, Spans, plan_spans
+from livecl.rendering.layout import pack_tables
+from livecl.rendering.tiling import Grid, IntArray, Spans, plan_spans
 
 #: Pixels that boxes reach beyond the outline, so that rounding and edges exactly on a tile's border stay inside.
 MARGIN = 0.125
@@ -30,7 +31,7 @@ class Use(NamedTuple):
     Attributes
     ----------
     scope : "coverage" or "distance"
-        Scope of the launcher that receives lines and spans.
+        Scope of the launcher that receives lines and tables.
     pieces : (M,) array_like of int, or None
         Lines for each segment; None chooses them by the tolerance.
     reach : float
@@ -48,10 +49,18 @@ class _Outlines:
 
     reach: float
     pieces: Any = None
+    line_counts: IntArray | None = None  # (M,)
     num_lines: int = 0
-    drawing: Drawing | None = None
+    drawing: Drawing | None = None  # whose lines are on the device
     limits: NDArray[np.float64] | None = None  # (N, 4), times `_OUTWARDS`
     spans: Spans | None = None
+
+
+class Placed(NamedTuple):
+    """Layout of a drawing for one use: its spans, and the number of lines that it is flattened into."""
+
+    spans: Spans
+    num_lines: int
 
 
 class Scene:
@@ -77,8 +86,6 @@ class Scene:
         self.drawing: Drawing | None = None
         self._bounds: NDArray[np.float64] = np.zeros((0, 4))  # (N, 4), times `_OUTWARDS`
         self._outlines: dict[str, _Outlines] = {}
-        launcher.set(width=grid.width, height=grid.height, num_strips=grid.num_strips, num_tiles=grid.num_tiles)
-        launcher.set(num_columns=grid.num_columns)
 
     def load(self, drawing: Drawing) -> None:
         """Put the drawing's numbers on the device."""
@@ -86,12 +93,8 @@ class Scene:
             return
         if drawing.size != (self.grid.height, self.grid.width):
             raise ValueError(f"drawing: size {drawing.size}, wanted {(self.grid.height, self.grid.width)}")
-        run = self.launcher
         if self.drawing is None or not self.drawing.same_structure(drawing):
             self._outlines.clear()
-            run.set(num_segments=drawing.num_segments, num_layers=drawing.num_layers)
-            run.write("next_segments", drawing.next_segments)
-            run.write("layer_segments", drawing.segment_offsets)
         self.drawing = drawing
         self._bounds = _OUTWARDS * layer_boxes(drawing)
         background = np.zeros(3) if drawing.background is None else drawing.background
@@ -99,59 +102,59 @@ class Scene:
         if drawing.fills.any_gradients:
             start, packed = 4 + drawing.colors.size + drawing.points.size, pack_fills(drawing.fills)
             colors = _with_least_opacities(drawing)
-        run.write_reals("params", background, np.array([start]), colors.ravel(), drawing.points.ravel(), packed)
+        numbers = background, np.array([start]), colors.ravel(), drawing.points.ravel(), packed
+        self.launcher.write_reals("params", *numbers)
 
-    def flatten(self, *uses: Use) -> list[Spans]:
-        """Flatten the loaded drawing and return, for each use, the spans within reach of its layers' outlines."""
+    def place(self, *uses: Use) -> list[Placed]:
+        """Lay out, for each use, the lines and the spans within reach of the loaded drawing's outlines."""
+        return [self._place(use) for use in uses]
+
+    def flatten(self, *uses: Use) -> None:
+        """Flatten the loaded drawing for each use that has no lines of it yet."""
         assert self.drawing is not None
-        stale = [use for use in uses if self._outdated(use)]
+        stale = [use for use in uses if self._outlines[use.scope].drawing is not self.drawing]
         if len(stale) == 2:
             self.launcher("flatten_both", 2 * self.drawing.num_segments)
         else:
             for use in stale:
                 self.launcher("flatten_forward", self.drawing.num_segments, use.scope)
-        return [self._place(use) for use in uses]
+        for use in stale:
+            self._outlines[use.scope].drawing = self.drawing
 
-    def _outdated(self, use: Use) -> bool:
-        """Return whether lines must be made for a use, after making room for them."""
-        outlines = self._outlines.get(use.scope)
+    def _place(self, use: Use) -> Placed:
+        outlines, drawing = self._outlines.get(use.scope), self.drawing
+        assert drawing is not None
         if outlines is None or outlines.reach != use.reach:
             outlines = self._outlines[use.scope] = _Outlines(use.reach)
-        if outlines.drawing is self.drawing and outlines.pieces is use.pieces:
-            return False
-        if outlines.pieces is None or outlines.pieces is not use.pieces:
-            self._split(use.scope, outlines, use.pieces)
-        outlines.drawing = self.drawing
-        return True
+        moved = self._split(outlines, use.pieces)
+        moved |= self._plan(outlines)
+        assert outlines.line_counts is not None and outlines.spans is not None
+        if moved:
+            self.launcher.write(f"{use.scope}_tables", pack_tables(drawing, outlines.line_counts, outlines.spans))
+        return Placed(outlines.spans, outlines.num_lines)
 
-    def num_lines(self, scope: str) -> int:
-        """Return the number of lines that the drawing was flattened into."""
-        return self._outlines[scope].num_lines
-
-    def _split(self, scope: str, outlines: _Outlines, pieces: ArrayLike | None) -> None:
-        drawing, run = self.drawing, self.launcher
+    def _split(self, outlines: _Outlines, pieces: ArrayLike | None) -> bool:
+        """Choose the number of lines of each segment; return whether they may have changed."""
+        drawing = self.drawing
         assert drawing is not None
-        counts = pieces_for(drawing.cubics, self.tolerance) if pieces is None else np.asarray(pieces)
+        if outlines.pieces is pieces and (pieces is not None or outlines.drawing is drawing):
+            return False
+        counts = pieces_for(drawing.cubics, self.tolerance) if pieces is None else np.array(pieces)
         if counts.shape != (drawing.num_segments,) or counts.dtype.kind not in "iu" or np.any(counts < 1):
             raise ValueError(f"pieces: wanted {drawing.num_segments} whole numbers of at least 1, one for each segment")
-        line_offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        outlines.pieces, outlines.num_lines = pieces, int(line_offsets[-1])
-        run.write(f"{scope}_line_offsets", line_offsets)
-        run.write(f"{scope}_line_layers", np.repeat(drawing.segment_layers, counts))
-        run.reserve_reals(f"{scope}_lines", 4 * outlines.num_lines)
-        run.reserve_reals(f"{scope}_segment_bounds", 4 * drawing.num_segments)
+        outlines.pieces, outlines.line_counts, outlines.num_lines = pieces, counts, int(counts.sum())
+        outlines.drawing = None
+        return True
 
-    def _place(self, use: Use) -> Spans:
-        """Lay out the spans, unless every layer is still inside the boxes laid out last."""
-        outlines, margin = self._outlines[use.scope], use.reach + MARGIN
+    def _plan(self, outlines: _Outlines) -> bool:
+        """Lay out the spans, unless every layer is still inside the boxes laid out last; return whether it was done."""
+        margin = outlines.reach + MARGIN
         if outlines.spans is not None and outlines.limits is not None and (self._bounds > outlines.limits).all():
-            return outlines.spans
+            return False
         boxes = self.grid.boxes(_OUTWARDS * self._bounds, margin + SLACK)
         outlines.limits = _OUTWARDS * self.grid.limits(boxes, margin)
-        spans = outlines.spans = plan_spans(boxes, self.grid.num_strips, self.max_tiles)
-        for name in ("spans", "strip_offsets", "layer_strips", "layer_spans"):
-            self.launcher.write(f"{use.scope}_{name}", getattr(spans, name))
-        return spans
+        outlines.spans = plan_spans(boxes, self.grid, self.max_tiles)
+        return True
 
 
 def _with_least_opacities(drawing: Drawing) -> NDArray[np.float64]:

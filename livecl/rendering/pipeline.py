@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike
 
 from livecl.drawing.drawing import Drawing
 from livecl.opencl.launcher import Launcher
-from livecl.rendering.device_drawing import Scene, Use
-from livecl.rendering.fills import fill_gradients, record_reals
+from livecl.rendering.device_drawing import Placed, Scene, Use
+from livecl.rendering.fills import fill_gradients
 from livecl.rendering.gradients import Gradients
-from livecl.rendering.tiling import TILE, Grid, IntArray, Spans
+from livecl.rendering.layout import Sizes
+from livecl.rendering.tiling import Band, Grid, Spans
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,55 +52,53 @@ class Pipeline:
         self.launcher = launcher
         self._grid = grid
         self._scene = Scene(launcher, grid, tolerance, max_tiles)
+        self._sizes = Sizes(grid, launcher.dtype.itemsize, num_layers=0, num_segments=0, record=0)
 
     def load(self, drawing: Drawing) -> None:
         """Put the drawing on the device that all other methods work on."""
-        self._scene.load(drawing)
+        if drawing is not self._scene.drawing:
+            self._scene.load(drawing)
+            self._sizes = Sizes.of(drawing, self._grid, self.launcher.dtype.itemsize)
 
     def render(self, channels: int, pieces: ArrayLike | None) -> Any:
         """Return the buffer of the image's planes."""
-        (spans,) = self._scene.flatten(Use("coverage", pieces, 0))
-        image = self.launcher.reserve_reals("image", channels * self._plane)
-        for band in spans.each_band:
-            self._cover(spans, band)
-            self.launcher("composite_forward", self._band_tiles(band), "coverage")
-        return image
+        use = Use("coverage", pieces, 0)
+        (placed,) = self._scene.place(use)
+        self._reserve({"image": self._sizes.planes(channels)}, coverage=placed)
+        self._scene.flatten(use)
+        for band in placed.spans.each_band:
+            self._cover(band)
+            self.launcher("composite_forward", band.num_tiles, "coverage")
+        return self.launcher.buffer("image")
 
     def cover(self, pieces: ArrayLike | None) -> Any:
         """Return the buffer of a plane for each layer, its coverage."""
-        (spans,) = self._scene.flatten(Use("coverage", pieces, 0))
-        drawing = self._scene.drawing
-        assert drawing is not None
-        planes = self.launcher.reserve_reals("planes", drawing.num_layers * self._plane)
-        for band in spans.each_band:
-            self._cover(spans, band)
-            self.launcher("coverage_planes", drawing.num_layers * int(band[3] - band[2]), "coverage")
-        return planes
+        use, num_layers = Use("coverage", pieces, 0), self._drawing.num_layers
+        (placed,) = self._scene.place(use)
+        self._reserve({"planes": self._sizes.planes(num_layers)}, coverage=placed)
+        self._scene.flatten(use)
+        for band in placed.spans.each_band:
+            self._cover(band)
+            self.launcher("coverage_planes", num_layers * band.num_tiles // self._grid.num_tiles, "coverage")
+        return self.launcher.buffer("planes")
 
     def weigh(self, weight: DistanceWeight, closest_from: int | None = None) -> Any:
         """Return the buffer of a plane that holds the distance weight, or the largest closeness (`Rasterizer`)."""
-        run = self.launcher
-        (spans,) = self._scene.flatten(Use("distance", weight.pieces, weight.tau))
-        self._reserve_distances(weight, spans)
-        plane = run.reserve_reals("distance_weight", self._plane)
-        run.set(first_layer=closest_from or 0, released=closest_from is not None)
-        self._measure(spans.each_band)
-        for band in spans.each_band:
-            if len(spans.bands) > 1:
-                self._measure([band], normalize=False)
-            run.set(band=band)
-            run("distance_weight", self._band_tiles(band), "distance")
-        return plane
+        use, run = Use("distance", weight.pieces, weight.tau), self.launcher
+        (placed,) = self._scene.place(use)
+        self._reserve({"distance_weight": self._sizes.planes(1)}, distance=placed)
+        self._scene.flatten(use)
+        self._weigh(weight, placed.spans, closest_from)
+        return run.buffer("distance_weight")
 
     def begin_backward(self, pieces: ArrayLike | None) -> Callable[[], tuple[float, Gradients]]:
         """Launch the backward kernels for a loss of the given ``d_image``; see :meth:`begin_loss`."""
-        (spans,) = self._scene.flatten(Use("coverage", pieces, 0))
-        return self._begin("composite_backward", spans)
+        return self._begin_plain("composite_backward", pieces)
 
     def begin_loss(
-        self, weight: DistanceWeight | None, pieces: ArrayLike | None
+        self, weight: DistanceWeight | None, pieces: ArrayLike | None, scale: float
     ) -> Callable[[], tuple[float, Gradients]]:
-        """Launch the kernels of the weighted squared error and its gradient, by ``target``, ``scale`` and a weight.
+        """Launch the kernels of the weighted squared error and its gradient, by ``target`` and a weight.
 
         Parameters
         ----------
@@ -107,104 +106,104 @@ class Pipeline:
             None takes the plane ``weight``.
         pieces : (M,) array_like of int, or None
             Lines of each segment for coverage.
+        scale : float
+            Factor of all weights.
 
         Returns
         -------
         callable
             Waits and returns loss and gradients.
         """
-        use = Use("coverage", pieces, 0)
-        if weight is None:
-            (spans,) = self._scene.flatten(use)
-            return self._begin("composite_loss", spans)
-        distances, spans = self._scene.flatten(Use("distance", weight.pieces, weight.tau), use)
-        if len(distances.bands) > 1 or len(spans.bands) > 1:  # closeness is not there for all strips at a time
-            self.launcher.set(weight=self.weigh(weight))
-            return self._begin("composite_loss", spans)
-        self._reserve_distances(weight, distances)
-        self._reserve_coverage(spans)
-        num_distance_spans, num_coverage_spans = len(distances.spans), len(spans.spans)
-        self.launcher.set(num_distance_spans=num_distance_spans, num_coverage_spans=num_coverage_spans)
-        self.launcher("span_both", num_distance_spans + num_coverage_spans)
-        self.launcher("distance_normalize", 1, "distance")
-        return self._begin("composite_distance_loss", spans, covered=True)
-
-    @property
-    def _tile(self) -> int:
-        """Pixels of a tile."""
-        return TILE * self._grid.lanes
-
-    @property
-    def _plane(self) -> int:
-        """Pixels of a plane."""
-        return self._grid.num_strips * self._grid.num_tiles * self._tile
-
-    def _band_tiles(self, band: IntArray) -> int:
-        return int(band[3] - band[2]) * self._grid.num_tiles
-
-    def _reserve_coverage(self, spans: Spans) -> None:
         run = self.launcher
-        run.reserve("tile_state", spans.num_tiles * 4)
-        run.reserve_reals("area", spans.num_tiles * self._tile)
-        run.reserve_reals("d_coverage", spans.num_tiles * self._tile)
+        run.set(scale=scale)
+        if weight is None:
+            return self._begin_plain("composite_loss", pieces)
+        uses = Use("distance", weight.pieces, weight.tau), Use("coverage", pieces, 0)
+        distances, placed = self._scene.place(*uses)
+        joint = len(distances.spans.bands) == len(placed.spans.bands) == 1  # else not all closeness is there at a time
+        sizes = self._backward_sizes(placed) | ({} if joint else {"distance_weight": self._sizes.planes(1)})
+        self._reserve(sizes, coverage=placed, distance=distances)
+        self._scene.flatten(*uses)
+        if not joint:
+            self._weigh(weight, distances.spans, None)
+            run.set(weight=run.buffer("distance_weight"))
+            return self._begin("composite_loss", placed)
+        (band,) = placed.spans.each_band
+        run.set(grid=band.grid, tau=float(weight.tau), factor_scale=scale)
+        run("span_both", len(distances.spans.spans) + len(placed.spans.spans))
+        run("distance_normalize", 1, "distance")
+        return self._begin("composite_distance_loss", placed, covered=True)
 
-    def _reserve_distances(self, weight: DistanceWeight, spans: Spans) -> None:
-        run, drawing = self.launcher, self._scene.drawing
-        assert drawing is not None
-        run.reserve_reals("closeness", spans.num_tiles * self._tile)
-        run.reserve("near", spans.num_tiles * 4)
-        run.reserve_reals("span_sums", len(spans.spans))
-        run.reserve_reals("factors", drawing.num_layers)
-        run.set(tau=float(weight.tau))
+    @property
+    def _drawing(self) -> Drawing:
+        """The drawing on the device."""
+        assert self._scene.drawing is not None
+        return self._scene.drawing
 
-    def _cover(self, spans: Spans, band: IntArray) -> None:
-        self._reserve_coverage(spans)
-        self.launcher.set(band=band)
-        self.launcher("coverage_forward", int(band[1] - band[0]), "coverage")
+    def _backward_sizes(self, placed: Placed) -> dict[str, int]:
+        return self._sizes.backward(placed.spans, placed.num_lines)
 
-    def _measure(self, bands: Iterable[IntArray], normalize: bool = True) -> None:
-        for band in bands:
-            self.launcher.set(band=band)
-            self.launcher("distance_forward", int(band[1] - band[0]), "distance")
-        if normalize:
-            self.launcher("distance_normalize", 1, "distance")
+    def _reserve(self, sizes: dict[str, int], coverage: Placed | None = None, distance: Placed | None = None) -> None:
+        """Make room for buffers of these sizes, and for those of coverage and of distances."""
+        if coverage is not None:
+            sizes["coverage_lines"] = self._sizes.lines(coverage.num_lines)
+            sizes["cells"] = self._sizes.cells(coverage.spans)
+        if distance is not None:
+            sizes["distance_lines"] = self._sizes.lines(distance.num_lines)
+            sizes["distances"] = self._sizes.distances(distance.spans)
+        self.launcher.reserve(sizes)
 
-    def _begin(self, composite: str, spans: Spans, covered: bool = False) -> Callable[[], tuple[float, Gradients]]:
-        """Cover, composite with a gradient and gather it, band after band; the returned callable fetches the result."""
-        run, drawing = self.launcher, self._scene.drawing
-        assert drawing is not None
-        num_layers, num_segments = drawing.num_layers, drawing.num_segments
-        num_lines = self._scene.num_lines("coverage")
-        run.reserve_reals("d_colors", 4 * spans.num_tiles)
-        run.reserve_reals("d_tiles", 4 * self._grid.num_strips * self._grid.num_tiles)
-        run.reserve_reals("d_lines", 4 * num_lines)
-        num_reals = record_reals(drawing.fills) if drawing.fills.any_gradients else 0
-        run.reserve_reals("d_fills", num_reals * spans.num_tiles)
-        run.reserve_reals("fill_sums", num_reals * num_layers)
-        run.reserve_reals("result", 4 + 4 * num_layers + 8 * num_segments)
-        run.set(num_lines=num_lines)
+    def _cover(self, band: Band) -> None:
+        self.launcher.set(grid=band.grid)
+        self.launcher("coverage_forward", band.num_spans, "coverage")
+
+    def _weigh(self, weight: DistanceWeight, spans: Spans, closest_from: int | None) -> None:
+        """Make the plane ``distance_weight``: factors need the sums of all bands, then each is measured again."""
+        run = self.launcher
+        run.set(first_layer=closest_from or 0, released=closest_from is not None)
+        run.set(tau=float(weight.tau), factor_scale=1.0)
         for band in spans.each_band:
-            run.set(band=band)
+            self._measure(band)
+        run("distance_normalize", 1, "distance")
+        for band in spans.each_band:
+            if len(spans.bands) > 1:
+                self._measure(band)
+            run.set(grid=band.grid)
+            run("distance_weight", band.num_tiles, "distance")
+
+    def _measure(self, band: Band) -> None:
+        self.launcher.set(grid=band.grid)
+        self.launcher("distance_forward", band.num_spans, "distance")
+
+    def _begin_plain(self, composite: str, pieces: ArrayLike | None) -> Callable[[], tuple[float, Gradients]]:
+        """Launch the kernels of a gradient that needs no distances."""
+        use = Use("coverage", pieces, 0)
+        (placed,) = self._scene.place(use)
+        self._reserve(self._backward_sizes(placed), coverage=placed)
+        self._scene.flatten(use)
+        return self._begin(composite, placed)
+
+    def _begin(self, composite: str, placed: Placed, covered: bool = False) -> Callable[[], tuple[float, Gradients]]:
+        """Cover, composite with a gradient and gather it, band after band; the returned callable fetches the result."""
+        run, drawing, sizes = self.launcher, self._drawing, self._sizes
+        for band in placed.spans.each_band:
+            run.set(grid=band.grid)
             if not covered:
-                self._cover(spans, band)
-            run(composite, self._band_tiles(band), "coverage")
-            run("coverage_backward", num_lines, "coverage")
-            run("reduce_tiles", num_layers + 1, "coverage")
-            if num_reals:
-                run("reduce_fills", num_layers, "coverage")
-        run("flatten_backward", num_segments, "coverage")
+                self._cover(band)
+            run(composite, band.num_tiles, "coverage")
+            run("coverage_backward", placed.num_lines, "coverage")
+            run("reduce_tiles", drawing.num_layers + 1, "coverage")
+            if sizes.record:
+                run("reduce_fills", drawing.num_layers, "coverage")
+        run("flatten_backward", drawing.num_segments, "coverage")
 
         def finish() -> tuple[float, Gradients]:
-            result = run.read("result", 4 + 4 * num_layers + 8 * num_segments).astype(np.float64)
-            d_cubics = result[4 + 4 * num_layers :].reshape(-1, 4, 2)
+            result = run.read("result", sizes.num_results).astype(np.float64)
+            head, d_colors, d_cubics, records = sizes.split_result(result)
             d_points = d_cubics[:, :3].copy()
             d_points[drawing.next_segments, 0] += d_cubics[:, 3]
-            d_colors = result[4 : 4 + 4 * num_layers].reshape(-1, 4)
-            d_fills = None
-            if num_reals:
-                sums = run.read("fill_sums", (num_layers, num_reals)).astype(np.float64)
-                d_fills = fill_gradients(drawing.fills, sums)
-            d_background = None if drawing.background is None else result[1:4]
-            return float(result[0]), Gradients(d_points, d_colors, d_background, d_fills)
+            d_fills = fill_gradients(drawing.fills, records) if sizes.record else None
+            d_background = None if drawing.background is None else head[1:]
+            return float(head[0]), Gradients(d_points, d_colors, d_background, d_fills)
 
         return finish

@@ -282,13 +282,14 @@ class Rasterizer:
         """
         plain = filled(drawing, pieces, self.tolerance)
         pipeline = self._workspace.loaded(plain.drawing)
-        pipeline.launcher.set(target=self._uploaded("target", target, channels_of(drawing)).buffer, scale=float(scale))
+        pipeline.launcher.set(target=self._uploaded("target", target, channels_of(drawing)).buffer)
         distances = None
         if isinstance(weight, DistanceWeight):
             distances = dataclasses.replace(weight, pieces=plain.pieces(weight.pieces))
         else:
             pipeline.launcher.set(weight=self._uploaded("weight", weight, 1).buffer)
-        return functools.partial(self._end_loss, plain, pipeline.begin_loss(distances, plain.pieces(pieces)))
+        end = pipeline.begin_loss(distances, plain.pieces(pieces), float(scale))
+        return functools.partial(self._end_loss, plain, end)
 
     @on_device
     def _end_loss(self, plain: Filled, end: Callable[[], tuple[float, Gradients]]) -> tuple[float, Gradients]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,6 +102,8 @@ class Spans:
         First span, past-the-last span, first strip, past-the-last strip of each band; a band's tiles fit the buffers.
     num_tiles : int
         Tiles of the largest band.
+    grid : Grid
+        The canvas.
     """
 
     spans: IntArray
@@ -110,22 +112,45 @@ class Spans:
     layer_spans: IntArray
     bands: IntArray
     num_tiles: int
+    grid: Grid
 
     @functools.cached_property
-    def each_band(self) -> tuple[IntArray, ...]:
-        """The rows of `bands`, the same objects each time, so that unchanged arguments are not set again."""
-        return tuple(self.bands)
+    def each_band(self) -> tuple[Band, ...]:
+        """The bands, the same objects each time, so that unchanged arguments are not set again."""
+        canvas = [self.grid.width, self.grid.height, self.grid.num_strips, self.grid.num_tiles]
+        return tuple(
+            Band(int(last_span - first_span), int(last_strip - first_strip) * self.grid.num_tiles, struct)
+            for (first_span, last_span, first_strip, last_strip), struct in (
+                (band, np.array([*canvas, *band], np.int32)) for band in self.bands
+            )
+        )
 
 
-def plan_spans(boxes: IntArray, num_strips: int, max_tiles: int) -> Spans:
+class Band(NamedTuple):
+    """Strips of the canvas that are worked on at a time.
+
+    Attributes
+    ----------
+    num_spans, num_tiles : int
+        Spans, and tiles of the canvas, in the band.
+    grid : (8,) int32
+        `Grid` of common.h, for the band.
+    """
+
+    num_spans: int
+    num_tiles: int
+    grid: IntArray
+
+
+def plan_spans(boxes: IntArray, grid: Grid, max_tiles: int) -> Spans:
     """Lay out the spans of the layers' boxes.
 
     Parameters
     ----------
     boxes : (N, 4) int32
         As :meth:`Grid.boxes` returns them.
-    num_strips : int
-        Strips of the canvas.
+    grid : Grid
+        The canvas.
     max_tiles : int
         Tiles that a band may hold; a single strip's are never split.
     """
@@ -137,7 +162,7 @@ def plan_spans(boxes: IntArray, num_strips: int, max_tiles: int) -> Spans:
     strips = np.arange(len(layers)) + (boxes[:, 1] - starts)[layers]
     order = np.argsort(strips, kind="stable")
     layers, strips = layers[order], strips[order]
-    strip_offsets = np.searchsorted(strips, np.arange(num_strips + 1))
+    strip_offsets = np.searchsorted(strips, np.arange(grid.num_strips + 1))
     layer_spans = np.empty_like(order)
     layer_spans[order] = np.arange(len(order))
 
@@ -158,6 +183,7 @@ def plan_spans(boxes: IntArray, num_strips: int, max_tiles: int) -> Spans:
         layer_spans=layer_spans.astype(np.int32),
         bands=bands.astype(np.int32),
         num_tiles=int(np.diff(band_tiles).max()),
+        grid=grid,
     )
 
 

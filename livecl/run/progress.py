@@ -89,6 +89,7 @@ class Progress:
             arrays |= drawing_arrays("fallback.", self.fallback.drawing) | {"fallback.holds": self.fallback.holds}
             arrays |= adam_arrays("fallback.points", self.fallback.points)
             arrays |= adam_arrays("fallback.colors", self.fallback.colors)
+            arrays |= adam_arrays("fallback.widths", self.fallback.widths)
             arrays |= fill_arrays("fallback.", self.fallback.drawing, self.fallback.fills)
         return facts, arrays
 
@@ -102,6 +103,7 @@ class Progress:
                 earlier,
                 adam_from("fallback.points", arrays),
                 adam_from("fallback.colors", arrays),
+                adam_from("fallback.widths", arrays),
                 fills_from("fallback.", arrays, earlier),
                 arrays["fallback.holds"],
             )

@@ -20,7 +20,8 @@ from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.options import WANTED_OPTIONS, Options
 from livecl.run.hints import with_hints
 from livecl.schedule import MAX_AUTO_PATHS, growing_schedule, parse_schedule
-from livecl.svg.writer import MAX_PRECISION, LayerStyle, format_svg, quantize
+from livecl.svg.outline_data import MAX_PRECISION
+from livecl.svg.writer import LayerStyle, format_svg, quantize
 from livecl.version import __version__
 
 if TYPE_CHECKING:

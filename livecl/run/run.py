@@ -13,7 +13,7 @@ from livecl.errors import LiveclError
 from livecl.geometry.outlines import circle
 from livecl.layering.merging import merge_neighbors
 from livecl.layering.pruning import needed_layers
-from livecl.run.phases import MAX_FAILURES, Grow, Phase, plan_of
+from livecl.run.phases import Grow, Phase, Revise, plan_of
 from livecl.run.progress import Progress
 from livecl.run.work import Work
 from livecl.svg import quantize
@@ -56,7 +56,7 @@ class Run(Work):
     @property
     def finished(self) -> bool:
         """Whether no phase is left, or revisions have failed too often or have no layer to replace."""
-        spent = self.revising and (self.progress.failures >= MAX_FAILURES or not self.state.free.any())
+        spent = self.revising and (self.progress.failures >= Revise.max_failures or not self.state.free.any())
         return self.phase is None or spent
 
     @property

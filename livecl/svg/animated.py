@@ -15,14 +15,18 @@ from numpy.typing import NDArray
 from livecl.drawing.canvas import check_canvases
 from livecl.drawing.checks import check_number
 from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import LINEAR, POSITION_DECIMALS, Fills
 from livecl.files import write_atomically
 from livecl.svg import format_svg
+from livecl.svg.servers import format_gradient
 from livecl.svg.writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE
 
 #: Seconds from the first drawing to the last, at least.
 MIN_SECONDS = 0.02
 #: Half of the smallest step of a colour.
 HALF_LEVEL = 0.5 / 255
+#: Decimals of a gradient's angle, degrees.
+ANGLE_DECIMALS = 3
 
 FloatArray = NDArray[np.float64]
 
@@ -47,7 +51,7 @@ def format_animated_svg(
     Parameters
     ----------
     drawings : sequence of Drawing
-        One or more of the same structure: canvas, layers, subpaths and segments.
+        One or more of the same structure: canvas, layers, subpaths and segments, kinds of fills and numbers of stops.
     seconds : float
         Time from the first drawing to the last.
     hold : float
@@ -70,7 +74,11 @@ def format_animated_svg(
     _check_structure(drawings)
     check_number("seconds", seconds, MIN_SECONDS)
     check_number("hold", hold, 0)
-    documents = [ElementTree.fromstring(format_svg(drawing, precision)) for drawing in drawings]
+    # Gradients are put in below, as those of one drawing may be plain or shared where those of another are not.
+    names = drawings[0].labels if drawings[0].fills.any_gradients else drawings[0].names
+    solid = Fills.solid(drawings[0].num_layers)
+    plain = [drawing.replace(fills=solid, names=names) for drawing in drawings]
+    documents = [ElementTree.fromstring(format_svg(drawing, precision, cubics=True)) for drawing in plain]
     timeline = _timeline(len(drawings), seconds, hold, bounce)
     if drawings[0].background is not None:
         rects = [next(document.iter(f"{{{SVG_NAMESPACE}}}rect")) for document in documents]
@@ -79,16 +87,87 @@ def format_animated_svg(
     offsets = drawings[0].segment_offsets
     points = [drawing.points for drawing in drawings]
     colors = np.array([drawing.colors for drawing in drawings])
+    gradients: list[ElementTree.Element] = []
     layers = zip(*(document.iter(f"{{{SVG_NAMESPACE}}}path") for document in documents), strict=True)
     for layer, paths in enumerate(layers):
         own = np.array([frame[offsets[layer] : offsets[layer + 1]] for frame in points])
         _animate(paths, "d", own, 0.5 * 10.0**-precision, timeline)
+        if drawings[0].fills.kinds[layer]:
+            gradients.append(_animated_gradient(drawings, layer, paths[0], precision, timeline))
+            continue
         _animate(paths, "fill", colors[:, layer, :3], HALF_LEVEL, timeline)
         _animate(paths, "fill-opacity", colors[:, layer, 3], HALF_LEVEL, timeline)
+    if gradients:
+        definitions = ElementTree.Element(f"{{{SVG_NAMESPACE}}}defs")
+        definitions.extend(gradients)
+        documents[0].insert(0, definitions)
     ElementTree.register_namespace("", SVG_NAMESPACE)
     ElementTree.register_namespace("inkscape", INKSCAPE_NAMESPACE)
     ElementTree.indent(documents[0])
     return ElementTree.tostring(documents[0], encoding="unicode") + "\n"
+
+
+def _animated_gradient(
+    drawings: Sequence[Drawing], layer: int, path: ElementTree.Element, precision: int, timeline: _Timeline
+) -> ElementTree.Element:
+    """Return the gradient of a layer with the animations of its points and stops, and fill the path with it."""
+    identifier = f"{path.get('id')}-fill"
+    path.set("fill", f"url(#{identifier})")
+    path.attrib.pop("fill-opacity", None)
+    fills = [drawing.fills.quantized(precision) for drawing in drawings]
+    elements = [
+        _named(ElementTree.fromstring(format_gradient(drawing.replace(fills=own), layer, identifier, precision)))
+        for drawing, own in zip(drawings, fills, strict=True)
+    ]
+    points = np.array([own.geometry[layer] for own in fills])
+    step = 0.5 * 10.0**-precision
+    if fills[0].kinds[layer] == LINEAR:
+        for name, numbers in zip(("x1", "y1", "x2", "y2"), points[:, :2].reshape(-1, 4).T, strict=True):
+            _animate(elements, name, numbers, step, timeline)
+    else:
+        _animate_ellipse(elements[0], points, precision, timeline)
+    own_stops = fills[0].stops(layer)
+    positions = np.array([own.stop_positions[own_stops] for own in fills])
+    colors = np.array([own.stop_colors[own_stops] for own in fills])
+    for index, stops in enumerate(zip(*(list(element)[: positions.shape[1]] for element in elements), strict=True)):
+        _animate(stops, "offset", positions[:, index], 0.5 * 10.0**-POSITION_DECIMALS, timeline)
+        _animate(stops, "stop-color", colors[:, index, :3], HALF_LEVEL, timeline)
+        _animate(stops, "stop-opacity", colors[:, index, 3], HALF_LEVEL, timeline)
+    return elements[0]
+
+
+def _named(element: ElementTree.Element) -> ElementTree.Element:
+    """Return an element with those in it in SVG's namespace, in which it was written without saying so."""
+    for each in element.iter():
+        each.tag = f"{{{SVG_NAMESPACE}}}{each.tag}"
+    return element
+
+
+def _animate_ellipse(element: ElementTree.Element, points: FloatArray, precision: int, timeline: _Timeline) -> None:
+    """Animate the transform of a radial gradient's unit circle: `points` (F, 3, 2) are its centre and ends of axes.
+
+    SMIL has no animated matrices: E = R(angle) diag(scales), up to a turn of the circle, is shown by a translation, a
+    rotation and a scaling, which add up.
+    """
+    vectors, scales, _ = np.linalg.svd(np.swapaxes(points[:, 1:] - points[:, :1], 1, 2))
+    angles = np.degrees(np.arctan2(vectors[:, 1, 0], vectors[:, 0, 0]))
+    for frame in range(1, len(points)):  # the angle nearest to that before, of four that show the same ellipse
+        quarters = round((angles[frame - 1] - angles[frame]) / 90)
+        if np.ptp(scales[frame]) <= 1e-6 * scales[frame].max():
+            angles[frame] = angles[frame - 1]
+        elif quarters % 2 and np.ptp(scales[frame]) > np.abs(scales[frame, ::-1] - scales[frame - 1]).max():
+            angles[frame], scales[frame] = angles[frame] + 90 * quarters, scales[frame, ::-1]
+        else:
+            angles[frame] += 180 * round((angles[frame - 1] - angles[frame]) / 180)
+    parts = {"translate": points[:, 0], "rotate": angles[:, None], "scale": np.maximum(scales, 10.0**-precision)}
+    if all(len(np.unique(numbers, axis=0)) == 1 for numbers in parts.values()):
+        return
+    decimals = {"translate": precision, "rotate": ANGLE_DECIMALS, "scale": precision}
+    for index, (kind, numbers) in enumerate(parts.items()):
+        texts = [",".join(f"{number:.{decimals[kind]}f}" for number in row) for row in numbers.tolist()]
+        keys = _needed_keys(numbers[timeline.order], timeline.times, 0.5 * 10.0 ** -decimals[kind])
+        attributes = {"attributeName": "gradientTransform", "type": kind, "additive": "sum" if index else "replace"}
+        _add_animation(element, "animateTransform", attributes, texts, keys, timeline)
 
 
 def save_animated_svg(path: str | os.PathLike[str], drawings: Sequence[Drawing], **options: Any) -> None:
@@ -120,10 +199,22 @@ def _animate(
     if len(set(texts)) == 1:
         return
     keys = _needed_keys(numbers[timeline.order].reshape(len(timeline.order), -1), timeline.times, tolerance)
+    _add_animation(elements[0], "animate", {"attributeName": name}, texts, keys, timeline)
+
+
+def _add_animation(
+    element: ElementTree.Element,
+    tag: str,
+    attributes: dict[str, str],
+    texts: Sequence[str],
+    keys: Sequence[int],
+    timeline: _Timeline,
+) -> None:
+    """Add an animation to an element; `texts` are the values in each drawing, `keys` the places that are told."""
     ElementTree.SubElement(
-        elements[0],
-        "animate",
-        attributeName=name,
+        element,
+        tag,
+        attributes,
         dur=f"{timeline.times[-1]:.6g}s",
         repeatCount="indefinite",
         values=";".join(texts[timeline.order[key]] for key in keys),
@@ -161,6 +252,11 @@ def _check_structure(drawings: Sequence[Drawing]) -> None:
         if not same or not np.array_equal(drawing.layer_offsets, first.layer_offsets):
             raise ValueError(
                 f"drawings: {index} has other layers or segments than 0; livecl.interpolate makes them agree"
+            )
+        alike = np.array_equal(drawing.fills.kinds, first.fills.kinds)
+        if not alike or not np.array_equal(drawing.fills.stop_offsets, first.fills.stop_offsets):
+            raise ValueError(
+                f"drawings: {index} has fills of other kinds or stops than 0; livecl.interpolate makes them agree"
             )
         if (drawing.background is None) != (first.background is None):
             raise ValueError(f"drawings: of 0 and {index} one has a background and the other none")

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from livecl.drawing.colors import Rgba
 from livecl.geometry import bezier
 from livecl.svg.gradients import Gradient
+from livecl.svg.pens import Pen
 from livecl.svg.writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE, name_from_id
 
 FloatArray = NDArray[np.float64]
@@ -47,7 +48,7 @@ class LeftOut(collections.Counter[str]):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Layer:
-    """A filled shape: closed subpaths (n, 4, 2), px; straight RGBA, or a gradient; stage; id; name."""
+    """A shape: subpaths (n, 4, 2), px; straight RGBA, or a gradient; stage; id; name; pen, if it is stroked."""
 
     outline: list[FloatArray]
     color: Rgba
@@ -55,11 +56,14 @@ class Layer:
     identifier: str
     name: str
     gradient: Gradient | None = None
+    pen: Pen | None = None
+    is_open: list[bool] | None = None  # of each subpath; None where all are closed
 
     @functools.cached_property
     def bounds(self) -> FloatArray:
-        """(x_min, y_min, x_max, y_max) of the control points."""
-        return bezier.hull_bounds(np.concatenate(self.outline).reshape(-1, 2))
+        """(x_min, y_min, x_max, y_max) of the control points, and of the pen around them."""
+        bounds = bezier.hull_bounds(np.concatenate(self.outline).reshape(-1, 2))
+        return bounds if self.pen is None else bounds + self.pen.width / 2 * np.array([-1, -1, 1, 1])
 
 
 def layer_name(element: Element, identifier: str) -> str:

@@ -7,11 +7,12 @@ import collections
 import functools
 import re
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import tinycss2
 
 from livecl.drawing.colors import Rgba, parse_rgba, share
+from livecl.svg.coordinates import is_length
 
 _LEFT_OUT_PROPERTIES = {
     "animation": "animations",
@@ -36,6 +37,8 @@ _NOTHING = (None, "none", "normal", "auto", "")
 _OPACITIES = {"opacity", "fill-opacity", "stroke-opacity", "stop-opacity"}
 _WORDS = {
     "fill-rule": {"nonzero", "evenodd"},
+    "stroke-linecap": {"butt", "round", "square"},
+    "stroke-linejoin": {"miter", "miter-clip", "round", "bevel", "arcs"},
     "visibility": {"visible", "hidden", "collapse"},
 }
 
@@ -76,6 +79,8 @@ def is_valid(name: str, value: str) -> bool:
                 parse_rgba(value)
         elif name in _OPACITIES:
             share(value)
+        elif name in ("stroke-width", "stroke-dashoffset"):
+            return is_length(value)
         elif name in _WORDS:
             return value.lower() in _WORDS[name]
     except ValueError:
@@ -83,14 +88,16 @@ def is_valid(name: str, value: str) -> bool:
     return True
 
 
-def solid_color(color: str, style: Mapping[str, str], opacity: float) -> Rgba | None:
-    """Return straight RGBA of a fill of one colour; None for ``none``."""
+def solid_color(
+    color: str, style: Mapping[str, str], opacity: float, name: Literal["fill", "stroke"] = "fill"
+) -> Rgba | None:
+    """Return straight RGBA of a fill or stroke of one colour; None for ``none``."""
     if color.lower() == "currentcolor":
         color = style.get("color", "black")
     if color.lower() == "none":
         return None
     red, green, blue, alpha = (0.0, 0.0, 0.0, 1.0) if color.lower() == "currentcolor" else parse_rgba(color)
-    opacity *= alpha * opacity_of(style.get("fill-opacity"))
+    opacity *= alpha * opacity_of(style.get(f"{name}-opacity"))
     return red, green, blue, as_saved(opacity)
 
 

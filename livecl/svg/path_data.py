@@ -49,12 +49,36 @@ def path_outline(data: str) -> tuple[list[FloatArray], bool]:
     ValueError
         If `data` holds numbers that are not finite.
     """
+    pen = _Pen()
+    whole = _draw(pen, data)
+    return pen.outline, whole
+
+
+def path_lines(data: str) -> tuple[list[FloatArray], list[bool], bool]:
+    """Return the subpaths of path data as a pen would draw them.
+
+    Returns
+    -------
+    lines : list of (n, 4, 2)
+        Cubics of each subpath; a closed one ends at its start. One of no length has one cubic.
+    is_open : list of bool
+        Whether each is open.
+    whole : bool
+        Whether there was no error, as in :func:`path_outline`.
+    """
+    pen = _StrokingPen()
+    whole = _draw(pen, data)
+    return pen.outline, pen.is_open, whole
+
+
+def _draw(pen: _Pen, data: str) -> bool:
+    """Draw path data up to where it breaks the grammar, and return whether that was its end."""
     data = data.strip(_SPACE)
     if data in ("", "none"):
-        return [], True
+        return True
     if data[0] not in "Mm":
-        return [], False
-    pen, end = _Pen(), 0
+        return False
+    end = 0
     for match in _COMMANDS.finditer(data):
         if match.start() != end:
             break  # not where the last command ended: something that no command begins
@@ -74,7 +98,7 @@ def path_outline(data: str) -> tuple[list[FloatArray], bool]:
     pen.finish()
     if not all(np.isfinite(subpath).all() for subpath in pen.outline):
         raise ValueError("path data holds a number that is not finite")
-    return pen.outline, end == len(data)
+    return end == len(data)
 
 
 def number_list(text: str) -> tuple[list[float], bool]:
@@ -116,7 +140,7 @@ class _Pen:
     def __init__(self) -> None:
         self.outline: list[FloatArray] = []
         self._cubics: list[Cubic] = []
-        self._num_lines = 0
+        self._num_lines = self._num_drawn = 0
         self._start = self._point = self._control = 0j
         self._before = ""
 
@@ -136,8 +160,10 @@ class _Pen:
             if kind == "M":
                 self.finish()
                 self._start = self._point = ends[0]
-                kind = "L"
-            elif kind in "CSQT":
+                self._before = kind = "L"
+                continue
+            self._num_drawn += 1
+            if kind in "CSQT":
                 self._curve(kind, ends)
             elif kind == "A" and ends[0] != self._point and numbers[0] and numbers[1]:
                 self._cubics.extend(_arc(self._point, numbers, ends[0]))
@@ -161,24 +187,59 @@ class _Pen:
 
     def close(self) -> None:
         """End the subpath; the next one starts where it did, unless a move says otherwise."""
-        self.finish()
+        self.finish(closed=True)
         self._point, self._before = self._start, "Z"
 
-    def finish(self) -> None:
-        """Close the subpath since the last move and keep it, unless it encloses nothing."""
+    def finish(self, closed: bool = False) -> None:
+        """Close the subpath since the last move, whether data does or not; keep it, unless it encloses nothing."""
         cubics, start, point = self._cubics, self._start, self._point
         if cubics:
-            scale = max(1.0, abs(start.real), abs(start.imag))
-            if max(abs((point - start).real), abs((point - start).imag)) <= 1e-6 * scale:
+            if _meet(start, point):
                 cubics[-1] = (*cubics[-1][:3], start)
             else:
                 cubics.append(line(point, start))
                 self._num_lines += 1
             if self._num_lines < len(cubics) or self._num_lines > 2:
                 self.outline.append(control_points(cubics))
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin the next subpath where this one did."""
         self._cubics = []
-        self._num_lines = 0
-        self._point = start
+        self._num_lines = self._num_drawn = 0
+        self._point = self._start
+
+
+class _StrokingPen(_Pen):
+    """Draws commands into lines, open where the data does not close them, for strokes.
+
+    Attributes
+    ----------
+    is_open : list of bool
+        Whether each of the finished subpaths is open.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.is_open: list[bool] = []
+
+    def finish(self, closed: bool = False) -> None:
+        """Keep the subpath since the last move, unless nothing was drawn since then."""
+        cubics, start, point = self._cubics, self._start, self._point
+        if closed and cubics and _meet(start, point):
+            cubics[-1] = (*cubics[-1][:3], start)
+        elif closed and cubics:
+            cubics.append(line(point, start))
+        if cubics or closed or self._num_drawn:
+            self.outline.append(control_points(cubics or [line(start, start)]))
+            self.is_open.append(not closed)
+        self._begin()
+
+
+def _meet(start: complex, point: complex) -> bool:
+    """Whether a point is the start of its subpath but for what adding up relative coordinates loses."""
+    scale = max(1.0, abs(start.real), abs(start.imag))
+    return max(abs((point - start).real), abs((point - start).imag)) <= 1e-6 * scale
 
 
 def line(a: complex, d: complex) -> Cubic:

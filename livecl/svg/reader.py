@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SVG to `Drawing`: this project's own files, exactly, and foreign ones, as far as closed filled paths represent them.
+"""SVG to `Drawing`: this project's own files, exactly, and foreign ones, as far as a drawing can hold them.
 
 Unsupported features are named in one warning.
 """
@@ -11,27 +11,32 @@ import os
 import warnings
 
 import numpy as np
+from numpy.typing import NDArray
 
-from livecl.drawing import KINDS, Drawing, Fills
+from livecl.drawing import KINDS, Drawing, Fills, Strokes
+from livecl.drawing.strokes import DEFAULT_MITER_LIMIT, MAX_WIDTH
 from livecl.errors import SvgError, readable
 from livecl.geometry import bezier
 from livecl.svg.document import parse_document, read_document
 from livecl.svg.layer import Layer
+from livecl.svg.outline_data import MAX_PRECISION
 from livecl.svg.walker import Walker
-from livecl.svg.writer import MAX_PRECISION
 
 #: Excess of a side of the canvas over whole pixels that adds no pixel, px: converted units round that much.
 NO_PIXEL = 1e-3
 
+FloatArray = NDArray[np.float64]
+
 
 def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
-    """Read an SVG of closed filled paths.
+    """Read an SVG of filled and stroked paths.
 
     Lines, quadratics, arcs and basic shapes become cubics; transforms are applied; a group's opacity goes into its
     layers'; open subpaths are closed as filling does; even-odd fills are turned into equal nonzero ones where possible;
     gradients keep their stops (a focal point beside the centre is approximated); a canvas of a fractional size is
-    rounded up. Unsupported features (strokes, text, images, patterns, clips, ...) is named, with counts,
-    in one :class:`UserWarning`. A drawing saved by :func:`livecl.svg.save_svg` is read back equal.
+    rounded up. A shape that is filled and stroked becomes two layers; dashes become open paths of their own, and a
+    stroke that a transform stretches its outline. Unsupported features (text, images, patterns, clips, ...) are named,
+    with counts, in one :class:`UserWarning`. A drawing saved by :func:`livecl.svg.save_svg` is read back equal.
 
     Parameters
     ----------
@@ -58,7 +63,7 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     except ValueError as error:
         raise SvgError(f"{name}: {readable(str(error))}") from error
     if walker.left_out:
-        warnings.warn(f"{name}: not representable as closed filled paths: {walker.left_out}", stacklevel=2)
+        warnings.warn(f"{name}: not representable as filled and stroked paths: {walker.left_out}", stacklevel=2)
     return drawing
 
 
@@ -71,13 +76,39 @@ def _drawing(layers: list[Layer], size: tuple[float, float]) -> Drawing:
         layers = layers[1:]
     return Drawing.from_outlines(
         # Relative coordinates have been added up: rounded, they equal the file's; 0.0 turns -0 into 0.
-        [[np.round(subpath[:, :3], MAX_PRECISION) + 0.0 for subpath in layer.outline] for layer in layers],
+        [[np.round(rows, MAX_PRECISION) + 0.0 for rows in _rows(layer)] for layer in layers],
         np.array([layer.color for layer in layers]).reshape(-1, 4),
         (max(1, math.ceil(height - NO_PIXEL)), max(1, math.ceil(width - NO_PIXEL))),
         background,
         stages=np.array([layer.stage for layer in layers], dtype=np.int32),
         names=[layer.name for layer in layers],
         fills=_fills(layers),
+        strokes=_strokes(layers),
+    )
+
+
+def _rows(layer: Layer) -> list[FloatArray]:
+    """Return the points (n, 3, 2) of each subpath; an open one's end is a row of its own."""
+    if layer.is_open is None:
+        return [subpath[:, :3] for subpath in layer.outline]
+    return [
+        np.concatenate([subpath[:, :3], np.broadcast_to(subpath[-1:, 3:], (1, 3, 2))]) if is_open else subpath[:, :3]
+        for subpath, is_open in zip(layer.outline, layer.is_open, strict=True)
+    ]
+
+
+def _strokes(layers: list[Layer]) -> Strokes | None:
+    """Return what strokes layers, its widths rounded as coordinates are; None where nothing does."""
+    pens = [layer.pen for layer in layers]
+    if not any(pens):
+        return None
+    unit = 10.0**-MAX_PRECISION
+    return Strokes(
+        widths=[0 if pen is None else min(max(round(pen.width, MAX_PRECISION), unit), MAX_WIDTH) for pen in pens],
+        caps=[0 if pen is None else pen.cap for pen in pens],
+        joins=[0 if pen is None else pen.join for pen in pens],
+        miter_limits=[DEFAULT_MITER_LIMIT if pen is None else pen.miter_limit for pen in pens],
+        is_open=np.concatenate([layer.is_open or np.zeros(len(layer.outline), bool) for layer in layers]).astype(bool),
     )
 
 

@@ -39,18 +39,21 @@ def format_gradients(drawing: Drawing, ids: list[str], precision: int) -> dict[i
     """
     taken, known, servers = set(ids), dict[str, PaintServer](), dict[int, PaintServer]()
     for layer in drawing.fills.gradient_layers.tolist():
-        kind, geometry = _geometry(drawing, layer, precision)
-        stops = _stops(drawing, layer)
-        content = f"{geometry}>{stops}"
+        content = format_gradient(drawing, layer, "", precision)
         if content not in known:
             identifier = f"{ids[layer]}-fill"
             while identifier in taken:
                 identifier += "-fill"
             taken.add(identifier)
-            element = f'<{kind} id="{identifier}" gradientUnits="userSpaceOnUse" {content}</{kind}>'
-            known[content] = PaintServer(identifier, element)
+            known[content] = PaintServer(identifier, format_gradient(drawing, layer, identifier, precision))
         servers[layer] = known[content]
     return servers
+
+
+def format_gradient(drawing: Drawing, layer: int, identifier: str, precision: int) -> str:
+    """Return the gradient element of a layer; drawing and precision as for :func:`format_gradients`."""
+    kind, geometry = _geometry(drawing, layer, precision)
+    return f'<{kind} id="{identifier}" gradientUnits="userSpaceOnUse" {geometry}>{_stops(drawing, layer)}</{kind}>'
 
 
 def without_plain_gradients(fills: Fills, colors: FloatArray) -> tuple[Fills, FloatArray]:

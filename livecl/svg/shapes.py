@@ -84,11 +84,9 @@ def rectangle_outline(
     for i, (cx, cy) in enumerate(centers):  # clockwise on the screen, from the top edge
         quarter = _quarter(i - 1, cx, cy, rx, ry)
         before = cubics[-1][3] if cubics else complex(left + rx, top)
-        if before != quarter[0]:
+        if (2 * rx, 2 * ry)[i % 2] < (width, height)[i % 2]:  # else the quarters meet
             cubics.append(line(before, quarter[0]))
         cubics.append(quarter)
-    if cubics[0][0] != cubics[-1][3]:
-        cubics.append(line(cubics[-1][3], cubics[0][0]))
     return [control_points(cubics)]
 
 

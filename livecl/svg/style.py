@@ -27,6 +27,12 @@ INHERITED = {
     "font-size": "medium",
     "shape-rendering": "auto",
     "stroke": "none",
+    "paint-order": "normal",
+    "stroke-dasharray": "none",
+    "stroke-dashoffset": "0",
+    "stroke-linecap": "butt",
+    "stroke-linejoin": "miter",
+    "stroke-miterlimit": "4",
     "stroke-opacity": "1",
     "stroke-width": "1",
     "visibility": "visible",
@@ -57,7 +63,7 @@ _PROPERTIES = (
     | _ONLY_CSS
     | {"clip", "clip-path", "display", "filter", "marker", "marker-end", "marker-mid", "marker-start", "mask"}
     | {"opacity", "overflow", "stop-color", "stop-opacity", "transform", "transform-box", "transform-origin"}
-    | {"viewport-fill"}
+    | {"vector-effect", "viewport-fill"}
 )
 #: Properties whose values are words, in capitals or not.
 _WORDS = {"color-interpolation", "display", "fill-rule", "overflow", "shape-rendering", "transform-box", "visibility"}

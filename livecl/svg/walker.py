@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Literal
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -31,6 +32,7 @@ from livecl.svg.gradients import Gradient, mean_color
 from livecl.svg.layer import Layer, LeftOut, is_upright, layer_name, overlap, reach_over, stage_match
 from livecl.svg.paint import background_color, count_left_out, is_stroked, opacity_of, parse_paint, solid_color
 from livecl.svg.paint_servers import Filled, PaintServers
+from livecl.svg.pens import drawn, lines_of, pen_of
 from livecl.svg.style import StyleSheet, inherit
 
 FloatArray = NDArray[np.float64]
@@ -224,27 +226,55 @@ class Walker:
         identifier = element.get("id", "")
         try:
             local = self._outline(tag, own, here)
-            outline = shapes.transformed(local, here.matrix)
-            if not all(np.isfinite(subpath).all() for subpath in outline):
-                raise ValueError("coordinates are not finite")
+            layers = [self._filled(local, here), self._stroked(tag, own, here) if is_stroked(here.style) else None]
         except ValueError as error:
             raise ValueError(f"<{tag}{f' id={identifier[:60]!r}' if identifier else ''}>: {error}") from error
-        if is_stroked(here.style):
-            self.left_out["strokes"] += 1
-        fill = self._fill(local, here) if outline else None
+        if _strokes_first(here.style.get("paint-order", "normal")):
+            layers.reverse()
+        name = layer_name(element, identifier)
+        painted = [
+            dataclasses.replace(layer, stage=here.stage, identifier=identifier, name=name) for layer in layers if layer
+        ]
+        if len(painted) > 1 and opacity_of(own.get("opacity")) < 1:
+            self.left_out["group opacity over overlapping shapes"] += 1
+        self.layers += painted
+
+    def _filled(self, local: list[FloatArray], here: _Context) -> Layer | None:
+        """Return the layer that fills an outline in user units, if anything does."""
+        outline = _finite(shapes.transformed(local, here.matrix))
+        fill = self._paint("fill", local, here) if outline else None
         if fill is None:
-            return
+            return None
         if here.style.get("shape-rendering") in ("crispedges", "optimizespeed") and not is_upright(outline):
             self.left_out["edges without antialiasing"] += 1
         if here.style.get("fill-rule") == "evenodd":
             outline, equal = nonzero_from_even_odd(outline)
             if not equal:
                 self.left_out["even-odd fills of crossing outlines"] += 1
-        name = layer_name(element, identifier)
-        gradient, color = self._held(fill, outline) if isinstance(fill, Gradient) else (None, fill)
-        self.layers.append(
-            Layer(outline=outline, color=color, stage=here.stage, identifier=identifier, name=name, gradient=gradient)
-        )
+        return self._layer(fill, outline)
+
+    def _stroked(self, tag: str, own: dict[str, str], here: _Context) -> Layer | None:
+        """Return the layer of a shape's stroke, if it has any."""
+        pen = pen_of(here.style, here.viewport, here.units)
+        lines = lines_of(tag, own, here.viewport, here.units)
+        paint = self._paint("stroke", lines.subpaths, here) if pen and lines.subpaths else None
+        if pen is None or paint is None:
+            return None
+        if here.style.get("stroke-linejoin", "miter").lower() in ("miter-clip", "arcs"):
+            self.left_out["joins of SVG 2, read as miters"] += 1
+        if here.style.get("shape-rendering") in ("crispedges", "optimizespeed"):
+            self.left_out["edges without antialiasing"] += 1
+        scaled = own.get("vector-effect", "none").lower() != "non-scaling-stroke"
+        lines, pen = drawn(lines, pen, here.matrix, scaled)
+        if not lines.subpaths:
+            return None
+        layer = self._layer(paint, _finite(lines.subpaths))
+        return layer if pen is None else dataclasses.replace(layer, pen=pen, is_open=lines.is_open)
+
+    def _layer(self, paint: Gradient | Rgba, outline: list[FloatArray]) -> Layer:
+        """Return a layer, yet without a name."""
+        gradient, color = self._held(paint, outline) if isinstance(paint, Gradient) else (None, paint)
+        return Layer(outline=outline, color=color, stage=0, identifier="", name="", gradient=gradient)
 
     def _held(self, gradient: Gradient, outline: list[FloatArray]) -> tuple[Gradient | None, Rgba]:
         """Return a gradient if a drawing can hold it, and the colour nearest to it, for one that is too far away."""
@@ -254,14 +284,16 @@ class Walker:
         self.left_out.approximate("gradients too far away, read as one colour", difference)
         return None, (red, green, blue, alpha)
 
-    def _fill(self, outline: list[FloatArray], here: _Context) -> Gradient | Rgba | None:
-        """Return the fill of an outline in user units: a gradient, straight RGBA, or nothing."""
-        text = here.style.get("fill", "black")
+    def _paint(
+        self, name: Literal["fill", "stroke"], outline: list[FloatArray], here: _Context
+    ) -> Gradient | Rgba | None:
+        """Return the paint of an outline in user units: a gradient, straight RGBA, or nothing."""
+        text = here.style.get(name, "black" if name == "fill" else "none")
         paint = parse_paint(text)
         if "icc-color" in text:
             self.left_out["colours of ICC profiles"] += 1
         if paint.server is not None and self._servers.knows(paint.server):
-            opacity = here.opacity * opacity_of(here.style.get("fill-opacity"))
+            opacity = here.opacity * opacity_of(here.style.get(f"{name}-opacity"))
             shape = Filled(
                 outline=outline, matrix=here.matrix, viewport=here.viewport, units=here.units, opacity=opacity
             )
@@ -269,11 +301,11 @@ class Walker:
             if fill is not None or paint.color is None:
                 return fill
             self.left_out["gradients of nothing, with another colour in their place"] += 1
-            return solid_color(paint.color, here.style, here.opacity)
+            return solid_color(paint.color, here.style, here.opacity, name)
         if paint.server is not None:
             known = paint.server in self._ids
             self.left_out["pattern fills" if known else "references to nothing"] += 1
-        return solid_color(paint.color or "none", here.style, here.opacity)
+        return solid_color(paint.color or "none", here.style, here.opacity, name)
 
     def _outline(self, tag: str, own: dict[str, str], here: _Context) -> list[FloatArray]:
         if tag in ("polygon", "polyline"):
@@ -289,3 +321,16 @@ class Walker:
         if not whole:
             self.left_out["errors in path data, drawn up to them"] += 1
         return outline
+
+
+def _finite(outline: list[FloatArray]) -> list[FloatArray]:
+    """Return an outline as it is; ValueError where a coordinate is not finite."""
+    if not all(np.isfinite(subpath).all() for subpath in outline):
+        raise ValueError("coordinates are not finite")
+    return outline
+
+
+def _strokes_first(order: str) -> bool:
+    """Whether ``paint-order`` puts the stroke beneath the fill."""
+    words = order.lower().split()
+    return "stroke" in words and "fill" not in words[: words.index("stroke")]

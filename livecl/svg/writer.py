@@ -10,30 +10,28 @@ from typing import TYPE_CHECKING, Literal, get_args
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livecl.drawing.colors import format_rgb
+from livecl.drawing.fills import SOLID
 from livecl.drawing.strokes import DEFAULT_MITER_LIMIT
 from livecl.files import write_atomically
 from livecl.geometry.strokes import CAPS, JOINS
+from livecl.svg.outline_data import MAX_PRECISION, format_outline, rounded_points
+from livecl.svg.primitives import Primitive, primitive_of
 from livecl.svg.servers import PaintServer, format_decimal, format_gradients, without_plain_gradients
 
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 LayerStyle = Literal["inkscape", "plain"]
 
 SVG_NAMESPACE = "http://www.w3.org/2000/svg"
 INKSCAPE_NAMESPACE = "http://www.inkscape.org/namespaces/inkscape"
-#: Most decimals of a coordinate, and what the reader rounds to: beyond it float64 does not hold the largest ones.
-MAX_PRECISION = 9
 
 _OWN_ID = re.compile(r"(layer-\d+)((?:-[a-z]+)+)")
 
 
-def quantize(drawing: Drawing, precision: int = 3) -> Drawing:
+def quantize(drawing: Drawing, precision: int = 3, *, cubics: bool = False) -> Drawing:
     """Return the drawing that a saved SVG holds: colours of 8 bits, coordinates rounded.
 
     Parameters
@@ -42,19 +40,31 @@ def quantize(drawing: Drawing, precision: int = 3) -> Drawing:
         Any drawing.
     precision : int
         Decimals kept of coordinates in px, 0 to 9.
+    cubics : bool
+        Whether it is written as cubics only, see :func:`format_svg`: points are rounded then and nothing else.
 
     Returns
     -------
     Drawing
         Colours, opacities, stops and background at multiples of 1/255, points of outlines and gradients at multiples of
-        ``10**-precision``, and so widths of strokes; gradients that are of one colour then, or without extent, are
-        solid.
+        ``10**-precision``, and so widths of strokes, handles of straight segments at thirds, circles, ellipses and
+        rectangles as the reader makes them of rounded lengths; gradients that are of one colour then, or without
+        extent, are solid.
     """
     if precision not in range(MAX_PRECISION + 1):
         raise ValueError(f"precision: got {precision!r}, wanted 0 to {MAX_PRECISION} decimals")
+    drawn = np.full(drawing.num_segments, not cubics)
+    drawn[drawing.subpath_offsets[1:][drawing.strokes.is_open] - 1] = False
     fills, colors = without_plain_gradients(drawing.fills.quantized(int(precision)), drawing.colors)
+    points = rounded_points(drawing.points, drawing.next_segments, drawn, int(precision))
+    found, rounded = {}, {}
+    if not cubics:
+        found = primitives(drawing, int(precision))
+        rounded = primitives(drawing.moved(points.copy(), drawing.colors, None), int(precision))
+    for layer, primitive in {**rounded, **found}.items():  # rounding may make shapes of outlines that were none
+        points[slice(*drawing.segment_offsets[layer : layer + 2])] = primitive.points
     return drawing.replace(
-        points=np.round(drawing.points, int(precision)) + 0.0,  # turns -0 into 0
+        points=points,
         colors=np.round(colors * 255) / 255,
         background=None if drawing.background is None else np.round(drawing.background * 255) / 255,
         fills=fills,
@@ -62,11 +72,23 @@ def quantize(drawing: Drawing, precision: int = 3) -> Drawing:
     )
 
 
-def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inkscape") -> str:
+def primitives(drawing: Drawing, precision: int = 3) -> dict[int, Primitive]:
+    """Return the filled layers that are circles, ellipses or rectangles, and which, their lengths rounded."""
+    found = {}
+    for layer in np.flatnonzero((np.diff(drawing.layer_offsets) == 1) & (drawing.strokes.widths == 0)).tolist():
+        rows = slice(*drawing.segment_offsets[layer : layer + 2])
+        turned = drawing.fills.kinds[layer] == SOLID  # a transform would turn a gradient, too
+        primitive = primitive_of(drawing.points[rows], precision, upright=not turned)
+        if primitive is not None:
+            found[layer] = primitive
+    return found
+
+
+def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inkscape", *, cubics: bool = False) -> str:
     """Return a drawing as SVG text.
 
-    A ``<path>`` for each layer in paint order, filled by the nonzero rule, or stroked; the background is a rectangle
-    beneath them.
+    A ``<path>`` or a basic shape for each layer in paint order, filled by the nonzero rule, or stroked; the background
+    is a rectangle beneath them.
     Every path has an id and a name: its own, or one of index, colour and place (:attr:`Drawing.labels`).
 
     Parameters
@@ -79,10 +101,13 @@ def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inksc
         ``inkscape``: layers that one stage added, where they follow each other, form a group which Inkscape shows as a
         layer, and names are Inkscape's labels. ``plain``: neither groups nor Inkscape's attributes; names are ids, or
         a ``<title>`` where an id cannot say them. The stages are not kept.
+    cubics : bool
+        Whether all is written as paths of cubics, as animations need; straight segments are lines otherwise, and layers
+        that are circles, ellipses or rectangles such elements.
     """
     if layers not in get_args(LayerStyle):
         raise ValueError(f"layers: got {layers!r}, wanted one of {', '.join(get_args(LayerStyle))}")
-    drawing = quantize(drawing, precision)
+    drawing = quantize(drawing, precision, cubics=cubics)
     height, width = drawing.size
     namespaces = f'xmlns="{SVG_NAMESPACE}"'
     if layers == "inkscape":
@@ -99,10 +124,16 @@ def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inksc
     if servers:
         definitions = dict.fromkeys(server.definition for server in servers.values())
         lines += ["  <defs>", *(f"    {definition}" for definition in definitions), "  </defs>"]
-    paths = [
-        _format_path(identifier, label, _format_paint(drawing, layer, precision, servers.get(layer)), layers)
-        for layer, (identifier, label) in enumerate(zip(ids, labels, strict=True))
-    ]
+    shapes = {} if cubics else primitives(drawing, precision)
+    paths = []
+    for layer, (identifier, label) in enumerate(zip(ids, labels, strict=True)):
+        tag, geometry = "path", ""
+        if layer in shapes:
+            tag, geometry = shapes[layer].tag, shapes[layer].text
+        else:
+            geometry = _format_data(drawing, layer, precision, cubics)
+        paint = _format_paint(drawing, layer, precision, servers.get(layer))
+        paths.append(_format_element(tag, identifier, label, f"{paint} {geometry}", layers))
     if layers == "plain":
         lines.extend(f"  {path}" for path in paths)
     for group_id, label, members in groups:
@@ -150,16 +181,16 @@ def _unique_ids(labels: tuple[str, ...], reserved: list[str]) -> list[str]:
     return ids
 
 
-def _format_path(identifier: str, label: str, paint: str, layers: LayerStyle) -> str:
+def _format_element(tag: str, identifier: str, label: str, attributes: str, layers: LayerStyle) -> str:
     if layers == "inkscape":
-        return f'<path id="{identifier}" inkscape:label={quoteattr(label)} {paint}/>'
+        return f'<{tag} id="{identifier}" inkscape:label={quoteattr(label)} {attributes}/>'
     if name_from_id(identifier) == label:
-        return f'<path id="{identifier}" {paint}/>'
-    return f'<path id="{identifier}" {paint}><title>{escape(label)}</title></path>'
+        return f'<{tag} id="{identifier}" {attributes}/>'
+    return f'<{tag} id="{identifier}" {attributes}><title>{escape(label)}</title></{tag}>'
 
 
 def _format_paint(drawing: Drawing, layer: int, precision: int, server: PaintServer | None) -> str:
-    """Paint and path data of a layer, as attributes. The nonzero rule is SVG's default."""
+    """Paint of a layer, as attributes. The nonzero rule is SVG's default."""
     rgba, is_stroked = drawing.colors[layer], drawing.strokes.widths[layer] > 0
     name = "stroke" if is_stroked else "fill"
     paint = f'{name}="{format_rgb(rgba) if server is None else f"url(#{server.identifier})"}"'
@@ -167,12 +198,16 @@ def _format_paint(drawing: Drawing, layer: int, precision: int, server: PaintSer
         paint += f' {name}-opacity="{format_decimal(round(rgba[3] * 1e5), 5)}"'
     if is_stroked:
         paint = f'fill="none" {paint} {_format_pen(drawing, layer, precision)}'
+    return paint
+
+
+def _format_data(drawing: Drawing, layer: int, precision: int, cubics: bool) -> str:
     first = drawing.layer_offsets[layer]
     data = "".join(
-        _format_subpath(drawing.points[rows], precision, is_open=bool(drawing.strokes.is_open[first + number]))
+        format_outline(drawing.points[rows], precision, bool(drawing.strokes.is_open[first + number]), cubics)
         for number, rows in enumerate(drawing.subpaths(layer))
     )
-    return f'{paint} d="{data}"'
+    return f'd="{data}"'
 
 
 def _format_pen(drawing: Drawing, layer: int, precision: int) -> str:
@@ -186,28 +221,3 @@ def _format_pen(drawing: Drawing, layer: int, precision: int) -> str:
     elif strokes.miter_limits[layer] != DEFAULT_MITER_LIMIT:
         pen += f' stroke-miterlimit="{strokes.miter_limits[layer]:.9g}"'
     return pen
-
-
-def _format_subpath(points: FloatArray, precision: int, is_open: bool) -> str:
-    """Path data of one subpath (m, 3, 2); a closed one's last cubic is written out to the first anchor.
-
-    Coordinates are relative, which is a fifth shorter, unless the subpath is so long or so far away that a reader in
-    float64, which adds them up, could miss a rounded coordinate by half of the last decimal that it rounds to.
-    """
-    units = np.rint(points * 10**precision).astype(np.int64)
-    row = units.reshape(-1, 2)[:-2] if is_open else np.concatenate([units.reshape(-1, 2), units[0, :1]])
-    drift = 2 * (len(points) + 1) * np.spacing(np.abs(points).max())
-    relative = drift < 0.5 * 10**-MAX_PRECISION
-    moves = row[1:] - np.repeat(row[:-1:3], 3, axis=0) if relative else row[1:]
-    data = f"M{_format_numbers(row[:1], precision)}{'c' if relative else 'C'}{_format_numbers(moves, precision)}"
-    return data if is_open else f"{data}Z"
-
-
-def _format_numbers(units: IntArray, precision: int) -> str:
-    """Return numbers of the last decimal, spaced only where no sign or point parts them already."""
-    numbers = [format_decimal(number, precision) for number in units.reshape(-1).tolist()]
-    parts = [
-        number if number[0] == "-" or (number[0] == "." and "." in before) else " " + number
-        for before, number in itertools.pairwise(numbers)
-    ]
-    return numbers[0] + "".join(parts)

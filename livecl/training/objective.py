@@ -97,7 +97,11 @@ class Objective:
         drawing, first = state.drawing, 0
         if state.options.variant == "released":
             first = int(drawing.segment_offsets[np.searchsorted(drawing.stages, state.stage)])
-        value, d_cubics = xing_loss(drawing.cubics[first:])
+        cubics = drawing.cubics[first:]
+        ends = (drawing.subpath_offsets[1:][drawing.strokes.is_open] - 1) - first  # rows that are no curves
+        cubics[ends[ends >= 0]] = 0
+        value, d_cubics = xing_loss(cubics)
+        d_cubics[ends[ends >= 0]] = 0
         d_points = np.zeros_like(drawing.points)
         d_points[first:] = d_cubics[:, :3]
         d_points[drawing.next_segments[first:], 0] += d_cubics[:, 3]

@@ -25,7 +25,7 @@ from livecl.training.archive import (
 )
 from livecl.training.fills import FillMoments
 
-_FORMAT = 4
+_FORMAT = 5
 
 #: Permissions of a layer: everything; moving and colouring; nothing.
 FREE, KEPT, LOCKED = 0, 1, 2
@@ -38,6 +38,7 @@ class Fallback:
     drawing: Drawing
     points: Adam
     colors: Adam
+    widths: Adam
     fills: FillMoments
     holds: NDArray[np.int8]
 
@@ -54,8 +55,8 @@ class State:
         Parameters of the method.
     stage, iteration : int
         The stage or revision that is under way, and its steps so far.
-    points, colors, background : Adam
-        Moments of the control points, by segment, of the colours, by layer, and of the background.
+    points, colors, widths, background : Adam
+        Moments of the control points, by segment, of colours and widths of strokes, by layer, and of the background.
     fills : FillMoments
         Moments of gradient fills.
     pieces : (M,) int
@@ -77,6 +78,7 @@ class State:
     iteration: int
     points: Adam
     colors: Adam
+    widths: Adam
     background: Adam
     fills: FillMoments
     pieces: NDArray[np.int32]
@@ -95,6 +97,7 @@ class State:
             iteration=0,
             points=Adam.start(drawing.points.shape),
             colors=Adam.start(drawing.colors.shape),
+            widths=Adam.start((drawing.num_layers, 1)),
             background=Adam.start((1, 3)),
             fills=FillMoments.start(drawing.fills),
             pieces=np.ones(drawing.num_segments, np.int32),
@@ -125,19 +128,25 @@ class State:
         segments = np.concatenate([np.flatnonzero(drawing.segment_layers == layer) for layer in order])
         self.points.extend(new.num_segments)
         self.colors.extend(new.num_layers)
+        self.widths.extend(new.num_layers)
         before = self.drawing
         self.drawing = drawing.layer_subset(order)
         sources = np.where(order < before.num_layers, order, -1)
         self.fills = self.fills.followed(before.fills, self.drawing.fills, sources)
-        self.points, self.colors = self.points.subset(segments), self.colors.subset(order)
+        self._take(segments, order)
         self.holds = np.concatenate([self.holds, np.full(new.num_layers, FREE, np.int8)])[order]
+
+    def _take(self, segments: NDArray[Any], layers: NDArray[Any]) -> None:
+        """Go on with the moments of some segments and layers, by index or mask."""
+        self.points = self.points.subset(segments)
+        self.colors, self.widths = self.colors.subset(layers), self.widths.subset(layers)
 
     def keep_layers(self, layers: NDArray[Any]) -> None:
         """Take out all layers but these (K,)."""
         segments = np.isin(self.drawing.segment_layers, layers)
         before, self.drawing = self.drawing, self.drawing.layer_subset(layers)
         self.fills = self.fills.followed(before.fills, self.drawing.fills, np.arange(before.num_layers)[layers])
-        self.points, self.colors = self.points.subset(segments), self.colors.subset(layers)
+        self._take(segments, layers)
         self.holds = self.holds[layers]
         self.pieces = self.pieces[segments]
 
@@ -149,9 +158,10 @@ class State:
         segments = np.concatenate(
             [old[:0], *(ranges[k] if k >= 0 else np.full(n, -1) for k, n in zip(sources, counts, strict=True))]
         )
-        self.points, self.colors = self.points.subset(segments), self.colors.subset(sources)
+        self._take(segments, sources)
         self.points.forget(segments < 0)
-        self.colors.forget(sources < 0)
+        for moments in (self.colors, self.widths):
+            moments.forget(sources < 0)
         self.holds = np.where(sources < 0, FREE, self.holds[sources]).astype(np.int8)
         self.fills = self.fills.followed(self.drawing.fills, drawing.fills, sources)
         self.drawing = drawing
@@ -164,13 +174,13 @@ class State:
 
     def fall_back(self) -> Fallback:
         """Return the state for :meth:`restore`."""
-        points, colors = self.points.subset(slice(None)), self.colors.subset(slice(None))
-        return Fallback(self.drawing, points, colors, self.fills.copy(), self.holds)
+        points, colors, widths = (moments.subset(slice(None)) for moments in (self.points, self.colors, self.widths))
+        return Fallback(self.drawing, points, colors, widths, self.fills.copy(), self.holds)
 
     def restore(self, fallback: Fallback) -> None:
         """Return to an earlier drawing."""
         self.drawing, self.points, self.colors = fallback.drawing, fallback.points, fallback.colors
-        self.fills, self.holds = fallback.fills, fallback.holds
+        self.widths, self.fills, self.holds = fallback.widths, fallback.fills, fallback.holds
 
     def copy(self) -> State:
         """Return a state that does not change with this one; drawings and other arrays are never changed in place."""
@@ -178,6 +188,7 @@ class State:
             self,
             points=self.points.subset(slice(None)),
             colors=self.colors.subset(slice(None)),
+            widths=self.widths.subset(slice(None)),
             background=self.background.subset(slice(None)),
             fills=self.fills.copy(),
             rng=copy.deepcopy(self.rng),
@@ -186,7 +197,7 @@ class State:
     def parts(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return all that makes the state as facts, which JSON can hold, and arrays by name."""
         arrays: dict[str, Any] = {"pieces": self.pieces, "holds": self.holds, **drawing_arrays("", self.drawing)}
-        for name in ("points", "colors", "background"):
+        for name in ("points", "colors", "widths", "background"):
             arrays |= adam_arrays(name, getattr(self, name))
         arrays |= fill_arrays("", self.drawing, self.fills)
         if self.kept_weight is not None:
@@ -219,6 +230,7 @@ class State:
             iteration=facts["iteration"],
             points=adam_from("points", arrays),
             colors=adam_from("colors", arrays),
+            widths=adam_from("widths", arrays),
             background=adam_from("background", arrays),
             pieces=arrays["pieces"],
             rng=rng,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One step of training: Adam on points and colours, holding of locked layers, untangling, piece counts."""
+"""One step of training: Adam on points, colours and widths, holding of locked layers, untangling, piece counts."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from livecl.training.state import State
 PIECES_PERIOD = 10
 #: Steps between two looks for outlines that cross themselves.
 UNTANGLE_PERIOD = 25
+#: Narrowest stroke that training leaves, px: a line of a tenth of full colour, which still has a gradient.
+MIN_WIDTH = 0.1
 #: Steps over which the learning rate decays by the factor that the options name.
 DECAY_PERIOD = 500
 
@@ -38,6 +40,8 @@ def hold_still(state: State, gradients: Gradients) -> None:
     if state.locked.any():
         gradients.points[state.locked_segments] = 0
         gradients.colors[state.locked] = 0
+        if gradients.widths is not None:
+            gradients.widths[state.locked] = 0
         if gradients.fills is not None:
             hold_fills(state.drawing.fills, gradients.fills, state.locked)
 
@@ -67,11 +71,16 @@ def move(state: State, gradients: Gradients) -> None:
             functools.partial(rate, options.color_learning_rate),
         )
         _hold_opacities(state, fills.stop_colors)
+    strokes = None
+    if gradients.widths is not None:
+        change = state.widths.step(gradients.widths[:, None], rate(point_rate, state.widths.ages))[:, 0]
+        widths = np.maximum(drawing.strokes.widths + change, MIN_WIDTH)
+        strokes = drawing.strokes.moved(np.where(drawing.strokes.widths > 0, widths, 0))
     background = drawing.background
     if options.background == "train" and background is not None and gradients.background is not None:
         change = state.background.step(gradients.background[None], options.color_learning_rate)
         background = np.clip(background + change[0], 0, 1)
-    state.drawing = drawing.moved(points, colors, background, fills)
+    state.drawing = drawing.moved(points, colors, background, fills, strokes)
 
 
 def _hold_opacities(state: State, stop_colors: NDArray[np.float64]) -> None:

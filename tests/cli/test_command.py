@@ -67,10 +67,12 @@ def test_json(folder: Path) -> None:
     assert report["paths"] == report["stages"][-1]["paths"]
     drawing = livecl.read_svg("out.svg")
     assert report["paths"] == drawing.num_layers == len(report["layers"])
-    assert [layer["color"] for layer in report["layers"]] == [format_rgb(rgba) for rgba in drawing.colors]
+    assert [layer["fill"] for layer in report["layers"]] == [
+        {"kind": "solid", "color": format_rgb(rgba), "opacity": rgba[3]} for rgba in drawing.colors
+    ]
     assert [layer["nodes"] for layer in report["layers"]] == np.diff(drawing.segment_offsets).tolist()
     assert [layer["stage"] for layer in report["layers"]] == [1, 2, 2]
-    assert {"label", "opacity", "subpaths"} < set(report["layers"][0])
+    assert {"label", "fill", "subpaths"} < set(report["layers"][0])
     difference = livecl.render(drawing) - livecl.read_image("in.png")
     assert report["mse"] == pytest.approx(np.mean(np.square(difference, dtype=np.float64)), rel=1e-5)
 

@@ -14,10 +14,12 @@ from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.drawing.checks import MAX_NAME, clean_name
 from livecl.drawing.colors import format_rgb, oklab
 from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.drawing.labels import layer_centers
 from livecl.geometry import bezier
 from livecl.options import Options
 from livecl.run.progress import Progress
+from livecl.svg import format_svg, read_svg
 
 ORANGE, WHITE, NAVY = (1.0, 0.5, 0.0, 1.0), (1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 128 / 255, 1.0)
 
@@ -190,3 +192,25 @@ def test_select_lists_the_names() -> None:
 def test_select_refuses_other_types(spec: int) -> None:
     with pytest.raises(ValueError, match="wanted an index, a name or a colour"):
         three_layers().select(spec)
+
+
+def test_gradients_are_named_by_their_stops() -> None:
+    yellow, red, blue, clear = (1, 0.9, 0, 1), (0.9, 0, 0, 1), (0, 0, 0.9, 1), (0, 0, 0.9, 0)
+    fills = [
+        Fills.linear((0, 0), (9, 0), [yellow, red]),
+        Fills.radial((10, 30), (15, 30), (10, 35), [yellow, yellow, red, red, clear]),
+        Fills.linear((0, 0), (9, 0), [yellow, red, blue, yellow, red]),
+    ]
+    drawing = three_layers().replace(fills=concatenate_fills(fills))
+    assert drawing.labels == (
+        "layer-00 yellow to red center",
+        "layer-01 yellow to red to transparent left",
+        "layer-02 yellow to red bottom right",
+    )
+    assert drawing.replace(names=["", "sun", ""]).labels[1] == "sun"
+    saved = read_svg(format_svg(drawing, layers="plain").encode())
+    assert saved.labels == drawing.labels
+    # By a stop's colour, not by the mean, which is seen nowhere.
+    assert drawing.select("#0000e6").tolist() == [1, 2]
+    with pytest.raises(ValueError, match="nor filled with that colour"):
+        drawing.select(format_rgb(drawing.colors[0]))

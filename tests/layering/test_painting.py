@@ -81,6 +81,33 @@ def test_a_layer_beneath_what_hides_its_errors() -> None:
     assert work.error.sum() == pytest.approx(0, abs=target.size * ROUNDING)
 
 
+@pytest.mark.parametrize(("pixels", "depth"), [(2, 1), (8, 0)])
+def test_a_lower_depth_must_be_better_by_enough(pixels: int, depth: int) -> None:
+    # On top, a grey square of 400 px spoils a few black ones: by that it removes 2 / 396 or 8 / 384 less.
+    target = np.ones((24, 24, 3))
+    target[2:22, 2:22] = 0.5
+    target[2, 2 : 2 + pixels] = 0
+    line, square = np.zeros((2, 24, 24))
+    line[2, 2 : 2 + pixels], square[2:22, 2:22] = 1, 1
+    image = np.ones((24, 24, 3))
+    image[2, 2 : 2 + pixels] = 0
+    work = _painting(target, image, np.ones(3), [line], [np.zeros(3)])
+    (trial,) = work.try_layers([square], np.full(3, 0.5))
+    assert trial.depth == depth
+
+
+def test_a_small_overlap_counts_where_every_second_pixel_is_looked_at() -> None:
+    # A black spot of 2 x 2 px, of which one is looked at, under a pale square of 900.
+    target, image = np.ones((2, 34, 34, 3))
+    target[2:32, 2:32] = 0.9
+    target[10:12, 10:12] = image[10:12, 10:12] = 0
+    spot, square = np.zeros((2, 34, 34))
+    spot[10:12, 10:12], square[2:32, 2:32] = 1, 1
+    work = _painting(target, image, np.ones(3), [spot], [np.zeros(3)])
+    (trial,) = work.try_layers([square], np.full(3, 0.9), roughly=True)
+    assert trial.depth == 0
+
+
 def test_nothing_covered_changes_nothing() -> None:
     background, alphas, colors, target = _scene(1)
     before = _composite(background, alphas, colors)

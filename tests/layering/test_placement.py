@@ -3,23 +3,20 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from conftest import RasterizerFor
 from numpy.typing import NDArray
 from support import drawings, shapes
+from support.placing import Placer
 
 from livecl import Drawing, Options
 from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import circle
-from livecl.layering import candidates
 from livecl.layering.candidates import SMALL_REGION
 from livecl.layering.context import Context
-from livecl.layering.contributions import layer_alphas
-from livecl.layering.placement import Placement, place_paths
+from livecl.layering.placement import place_paths
 
 FloatArray = NDArray[np.float64]
 
@@ -28,33 +25,6 @@ SINGLE = 8 * 2.0**-24
 
 RED, GREEN, BLUE = (0.9, 0.1, 0.2), (0.1, 0.8, 0.3), (0.2, 0.3, 0.9)
 RED4 = (*RED, 1.0)
-
-
-class Placer:
-    """Places paths on a drawing, and renders, on one device."""
-
-    def __init__(self, rasterizer_for: RasterizerFor) -> None:
-        self._rasterizer_for = rasterizer_for
-
-    def __call__(self, target: FloatArray, count: int, options: Options, seed: int = 0) -> Drawing:
-        """Return the new layers on a blank canvas, bottom first."""
-        placement = self.on(empty_drawing(target.shape[:2]), target, count, options, seed)
-        return placement.drawing.layer_subset(placement.order)
-
-    def on(self, drawing: Drawing, target: FloatArray, count: int, options: Options, seed: int = 0) -> Placement:
-        """Return the new layers for a drawing, and their order."""
-        rng = np.random.default_rng(seed)
-        rasterizer = self._rasterizer_for(drawing.size, np.float32)
-        return place_paths(Context(rasterizer, target, options), drawing, count, rng)
-
-    def alphas(self, drawing: Drawing) -> FloatArray:
-        """Return the alpha of each layer: (N, H, W)."""
-        return layer_alphas(drawing, self._rasterizer_for(drawing.size, np.float32)).astype(np.float64)
-
-    def error(self, target: FloatArray, drawing: Drawing) -> float:
-        """Return the squared error of a drawing, summed over pixels and channels."""
-        image = self._rasterizer_for(drawing.size, np.float32).forward(drawing).astype(np.float64)
-        return float(np.square(target - image).sum())
 
 
 @pytest.fixture
@@ -173,21 +143,6 @@ def test_later_paths_see_what_earlier_ones_painted(place: Placer) -> None:
         assert abs(signed_area(cubics)) == pytest.approx(np.pi * radius**2, rel=0.05)
 
 
-def test_a_region_gets_more_segments_where_its_outline_needs_them(place: Placer) -> None:
-    rows, columns = np.indices((40, 40)) + 0.5
-    cross = np.ones((40, 40, 3))
-    cross[16:24, 4:36] = cross[4:36, 16:24] = 0.1
-    disc = np.ones((40, 40, 3))
-    disc[np.hypot(columns - 20, rows - 20) < 14] = 0.1
-    assert place(disc, 1, Options(placement="region")).num_segments == 4
-    more = place(cross, 1, Options(placement="region", max_segments=8))
-    assert 4 < more.num_segments <= 8
-    four = place(cross, 1, Options(placement="region", max_segments=4))
-    assert four.num_segments == 4
-    assert place.error(cross, more) < place.error(cross, four)
-    assert place(cross, 1, Options(placement="region", segments=6, max_segments=4)).num_segments == 6
-
-
 def test_circles_for_regions_lie_at_their_center(place: Placer) -> None:
     drawing = place(_three_shapes(), 1, Options(placement="region", shape="circle", radius=4.0, segments=3))
     center = drawing.points.reshape(-1, 2).mean(axis=0)
@@ -228,38 +183,6 @@ def test_paths_for_a_perfect_picture(place: Placer, rule: str, shape: str, size:
     layers = [drawing.layer_subset([k]) for k in range(drawing.num_layers)]
     centers = np.array([layer.points.reshape(-1, 2).mean(axis=0) for layer in layers])
     assert np.all(centers >= 0) and np.all(centers <= size[::-1])
-
-
-def test_an_error_that_no_region_would_lessen_gets_no_path(place: Placer) -> None:
-    # No pixel has a neighbour of its colour: whatever region is painted in its mean colour, more is lost than the one
-    # wrong pixel is off.
-    rows, columns = np.indices((8, 9))
-    palette = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 1), (1, 1, 0), (0, 0, 1.0)])
-    target = palette[(columns + 2 * rows) % 5]
-    colors = np.concatenate([target, np.ones((8, 9, 1))], axis=-1)
-    colors[3, 5, :3] = 1 - target[3, 5]
-    pixels = [([drawings.rectangle(x, y, x + 1, y + 1)], colors[y, x]) for y in range(8) for x in range(9)]
-    options = Options(placement="region", radius=0.6)
-    placement = place.on(drawings.build(pixels, (8, 9)), target, 1, options)
-    assert placement.drawing.num_layers == 0 and placement.order.tolist() == list(range(72))
-
-
-def test_a_first_path_that_no_region_is_worth_is_a_circle_at_the_largest_error(place: Placer) -> None:
-    rows, columns = np.indices((8, 9))
-    target = np.ones((8, 9, 3)) - 0.01 * ((columns + 2 * rows) % 5)[..., None]
-    target[3, 5] = 0.9
-    drawing = place(target, 3, Options(placement="region", radius=0.6, prune=1e-2))
-    np.testing.assert_allclose(drawing.points, circle((5.5, 3.5), 0.6, 4), atol=1e-12)
-    np.testing.assert_allclose(drawing.colors, [(0.9, 0.9, 0.9, 1)], atol=1e-7)
-
-
-@pytest.mark.parametrize(("prune", "count"), [(0.0, 2), (1e-3, 2), (0.04, 2), (0.06, 1)])
-def test_no_more_paths_than_regions_that_are_worth_one(place: Placer, prune: float, count: int) -> None:
-    # Of 400 pixels the large square is 100, black on white: a mean squared error of .25; the small one is 4, .01, which
-    # is a fifth of .05.
-    target = np.ones((20, 20, 3))
-    target[2:12, 2:12], target[15:17, 15:17] = 0, 0
-    assert place(target, 2, Options(placement="region", prune=prune)).num_layers == count
 
 
 @pytest.mark.parametrize("options", [Options.paper(), Options.released(), Options(), Options.diffvg()])
@@ -304,67 +227,3 @@ def test_several_paths_of_one_stage_are_ordered_among_themselves_too(place: Plac
     colors = concatenate(inner, placement.drawing).layer_subset(placement.order).colors[:, :3]
     found = [int(np.argmin(np.abs(np.array([RED, GREEN, BLUE]) - color).sum(axis=1))) for color in colors]
     assert sorted(found) == [0, 1, 2] and found.index(2) < found.index(0)
-
-
-def test_a_region_is_found_though_the_first_outlines_fail(place: Placer, monkeypatch: pytest.MonkeyPatch) -> None:
-    # Six squares: the outlines of the five that hold most error come to nothing, as those of intricate regions may.
-    target = np.ones((48, 48, 3))
-    corners = [(4 + 14 * (k % 3), 6 + 22 * (k // 3)) for k in range(6)]
-    for k, (left, top) in enumerate(corners):
-        target[top : top + 9, left : left + 9] = 0.1 + 0.1 * k
-    outlined, failed = candidates._Judge._outlined, []
-
-    def failing(judge: Any, guess: Any) -> Any:
-        if len(failed) < 5:
-            failed.append(guess)
-            return judge._candidates([[circle((24, 24), 0.1, 4)]], guess.rgba)[0]
-        return outlined(judge, guess)
-
-    monkeypatch.setattr(candidates._Judge, "_outlined", failing)
-    drawing = place(target, 1, Options(placement="region"))
-    assert len(failed) == 5
-    center = drawing.points.reshape(-1, 2).mean(axis=0)
-    assert min(np.hypot(center[0] - left - 4.5, center[1] - top - 4.5) for left, top in corners) < 2
-    assert place.error(target, drawing) < np.square(1 - target).sum()
-
-
-def _many_shapes() -> FloatArray:
-    """Return bars and discs of several colours across each other, with a ring: some lie behind others."""
-    rng = np.random.default_rng(5)
-    rows, columns = np.indices((72, 80)) + 0.5
-    target = np.ones((72, 80, 3))
-    for _ in range(12):
-        x, y, radius = rng.uniform((5, 5, 4), (75, 67, 16))
-        target[np.hypot(columns - x, rows - y) < radius] = rng.choice([RED, GREEN, BLUE])
-    target[34:38] = (0.1, 0.1, 0.1)
-    return target
-
-
-def test_what_is_remembered_of_regions_is_what_trying_again_gives(
-    place: Placer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    target, options = _many_shapes(), Options(placement="region", prune=1e-7)
-    remembered = place(target, 14, options)
-    accept = candidates._Judge.accept
-
-    def forgetting(judge: Any, candidate: Any) -> None:
-        accept(judge, candidate)
-        judge._tried.clear()
-
-    monkeypatch.setattr(candidates._Judge, "accept", forgetting)
-    again = place(target, 14, options)
-    assert remembered.num_layers == 14
-    assert np.array_equal(remembered.points, again.points) and np.array_equal(remembered.colors, again.colors)
-
-
-def test_only_holes_that_are_better_as_they_are_stay_open(place: Placer) -> None:
-    # A window shows the white canvas; a spot of dark red is nearer to red than to the canvas: it is painted over.
-    target = np.ones((48, 48, 3))
-    target[4:44, 4:44] = RED
-    target[10:20, 10:20] = 1.0
-    target[28:38, 28:38] = (0.6, 0.1, 0.2)
-    first = place(target, 1, Options(placement="region"))
-    coverage = place.alphas(first)[0]
-    assert coverage[12:18, 12:18].max() < 0.1 and coverage[30:36, 30:36].min() > 0.9
-    filled = place(target, 1, Options(placement="region", holes=False))
-    assert place.alphas(filled)[0][12:18, 12:18].min() > 0.9

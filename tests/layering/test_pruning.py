@@ -45,3 +45,33 @@ def test_layers_that_cannot_be_seen_go_unless_they_are_held(rasterizer_for: Rast
     context = Context(rasterizer, rasterizer.forward(drawing), Options())
     assert needed_layers(context, drawing, 0.0, np.array([True, True])).num_layers == 1
     assert needed_layers(context, drawing, 0.0, np.array([False, True])).num_layers == 2
+
+
+def test_what_mended_a_layer_that_goes_is_needless_too(rasterizer_for: RasterizerFor) -> None:
+    # A black square, hidden by a white one on white: without the black one, the white one is not seen.
+    rasterizer = rasterizer_for(SIZE, np.float32)
+    black, white = (0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0, 1.0)
+    inner, outer = drawings.rectangle(8, 8, 20, 20), drawings.rectangle(4, 4, 24, 24)
+    drawing = drawings.build([([inner], black), ([outer], white)], SIZE)
+    context = Context(rasterizer, np.ones((*SIZE, 3), np.float32), Options())
+    assert needed_layers(context, drawing, 1e-6, np.ones(2, bool)).num_layers == 0
+    assert needed_layers(context, drawing, 1e-6, np.array([False, True])).num_layers == 2
+
+
+def test_of_two_layers_that_hide_each_other_one_stays(rasterizer_for: RasterizerFor) -> None:
+    # Each by itself is needless. The error that is left without the first is what the second is judged against.
+    rasterizer = rasterizer_for(SIZE, np.float32)
+    drawing = drawings.build([([drawings.rectangle(4, 4, 24, 24)], RED)] * 2, SIZE)
+    context = Context(rasterizer, rasterizer.forward(drawing), Options())
+    assert needed_layers(context, drawing, 1e-6, np.ones(2, bool)).num_layers == 1
+
+
+def test_each_layer_is_judged_by_its_own_worth_and_not_by_the_sum(rasterizer_for: RasterizerFor) -> None:
+    # Two equal squares, each worth 0.6 of the threshold: both go, though both together are worth 1.2 of it.
+    rasterizer = rasterizer_for(SIZE, np.float32)
+    squares = [([drawings.rectangle(x, 4, x + 8, 12)], RED) for x in (4, 20)]
+    drawing = drawings.build(squares, SIZE)
+    context = Context(rasterizer, rasterizer.forward(drawing), Options())
+    worth = context.mse(drawing.layer_subset([0]))
+    assert needed_layers(context, drawing, worth / 0.6, np.ones(2, bool)).num_layers == 0
+    assert needed_layers(context, drawing, worth / 1.2, np.ones(2, bool)).num_layers == 2

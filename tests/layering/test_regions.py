@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
-from livecl.layering.regions import MIN_PIXELS, RegionFinder
+from livecl.layering.regions import PARTITIONS, RegionFinder
 
 FloatArray = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def test_gain_is_the_squared_error_that_painting_the_region_removes(seed: int) -
         # Sums of up to 690 numbers of order 1, differences of which the gain is.
         assert region.gain == pytest.approx(error.sum() - _error(target, painted).sum(), abs=1e-9)
         np.testing.assert_allclose(region.color, target[region.mask].mean(axis=0), rtol=1e-12)
-        assert region.gain > 0 and region.mask.sum() >= MIN_PIXELS
+        assert region.gain > 0 and region.mask.sum() >= PARTITIONS.min_pixels
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -115,7 +115,7 @@ def test_specks_of_fewer_than_three_pixels_are_none() -> None:
     target = _picture((12, 12), (slice(3, 4), slice(3, 5), (0, 0, 0)), (slice(8, 9), slice(2, 5), (0, 0, 0)))
     image = np.ones((12, 12, 3))
     regions = list(RegionFinder(target, image).best(_error(target, image), 20))
-    assert all(region.mask.sum() >= MIN_PIXELS for region in regions)
+    assert all(region.mask.sum() >= PARTITIONS.min_pixels for region in regions)
     assert regions[0].mask.sum() == 3 and regions[0].mask[8, 2:5].all()
 
 
@@ -124,7 +124,7 @@ def test_smallest_pictures(size: tuple[int, int]) -> None:
     target, image = np.zeros((*size, 3)), np.ones((*size, 3))
     regions = list(RegionFinder(target, image).best(_error(target, image), 3))
     num_pixels = size[0] * size[1]
-    assert bool(regions) == (num_pixels >= MIN_PIXELS)
+    assert bool(regions) == (num_pixels >= PARTITIONS.min_pixels)
     assert all(region.gain == pytest.approx(3 * num_pixels) for region in regions)
 
 

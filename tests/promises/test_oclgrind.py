@@ -98,8 +98,8 @@ device_work.main(["1x1"])
 @pytest.mark.parametrize(
     ("right", "wrong", "told"),
     [
-        ("lines[begin + k - 1] = ", "lines[begin + k + 100000] = ", "Invalid write of size "),
-        ("segment_bounds[segment] = ", "segment_bounds[0] = ", "Write-write data race at global memory address"),
+        ("pieces_out[k - 1] = ", "pieces_out[k + 100000] = ", "Invalid write of size "),
+        ("lines[segment] = ", "lines[0] = ", "Write-write data race at global memory address"),
     ],
 )
 def test_a_spoiled_kernel_is_noticed(right: str, wrong: str, told: str) -> None:

@@ -96,3 +96,8 @@ def test_picture_of_things_has_pairs_under_each_other_and_the_rest_at_the_end() 
     assert cell(0, 0, 0.8, 0.5) == cell(1, 0, 0.8, 0.5) == list(RED)
     assert cell(0, 1, 0.1, 0.5) == list(BLUE) and cell(1, 1, 0.1, 0.5) == [1, 1, 1]
     assert cell(0, 2, 0.5, 0.9) == [1, 1, 1] and cell(1, 2, 0.5, 0.9) == [0, 1, 0]
+
+    grey = np.full((20, 30, 3), 0.5, np.float32)
+    wider = draw_things(true, drawn, "title", [grey, grey])
+    assert wider.width == draw_things(true, drawn, "title").width + side + 2 * things_sheet.MARGIN
+    assert wider.getpixel((left + 9, top + side // 2)) == (128, 128, 128)

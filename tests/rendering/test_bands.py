@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from support.runs import SMALL
 
 from livecl import Options, Rasterizer, vectorize
 from livecl.opencl.launcher import Launcher
-from livecl.run import run as run_module
+from livecl.run import work
 
 CASES = ["translucent", "holes", "across the canvas's borders", "tangles", "33x50"]
 
@@ -55,9 +55,10 @@ def test_memory_is_bounded_by_the_tiles_of_a_band(device: int, monkeypatch: pyte
     sizes: dict[str, int] = {}
     reserve = Launcher.reserve
 
-    def recording(self: Launcher, name: str, num_bytes: int) -> Any:
-        sizes[name] = max(sizes.get(name, 0), num_bytes)
-        return reserve(self, name, num_bytes)
+    def recording(self: Launcher, wanted: Mapping[str, int]) -> None:
+        for name, num_bytes in wanted.items():
+            sizes[name] = max(sizes.get(name, 0), num_bytes)
+        reserve(self, wanted)
 
     monkeypatch.setattr(Launcher, "reserve", recording)
     covers = [([drawings.rectangle(-1, -1, 200, 200)], (*color, 0.5)) for color in np.eye(3)] * 20
@@ -71,12 +72,14 @@ def test_memory_is_bounded_by_the_tiles_of_a_band(device: int, monkeypatch: pyte
         rasterizer.distance_weight(drawing)
         rasterizer.loss_and_gradients(drawing, target, weight)
         rasterizer.coverages(drawing)
-        largest[max_tiles] = {name: sizes[name] for name in ("area", "d_coverage", "closeness", "planes")}
-    for name in ("area", "d_coverage", "closeness"):
-        tile = 8 * 32  # bytes: 8 columns of a strip of 8 rows in single precision
-        assert largest[1][name] == strip * tile
-        assert largest[3 * strip][name] == 3 * strip * tile
-        assert largest[1 << 17][name] == 12 * strip * tile
+        largest[max_tiles] = {name: sizes[name] for name in ("cells", "distances", "d_tiles", "planes")}
+    tile, number = 8 * 32, 4  # bytes: 8 columns of a strip of 8 rows in single precision; an integer or a number
+    sums = (60 * 12 + 60) * number  # of each span and layer
+    canvas = 4 * 12 * 10 * number  # loss and gradient of the background, of each tile
+    for max_tiles, num_strips in ((1, 1), (3 * strip, 3), (1 << 17, 12)):
+        assert largest[max_tiles]["cells"] == num_strips * strip * (2 * tile + number)
+        assert largest[max_tiles]["distances"] == num_strips * strip * (tile + number) + sums
+        assert largest[max_tiles]["d_tiles"] == num_strips * strip * 4 * number + canvas
     plane = 12 * 10 * tile
     assert [bands["planes"] for bands in largest.values()] == [plane, 3 * strip // 120 * plane, 60 * plane]
 
@@ -84,7 +87,7 @@ def test_memory_is_bounded_by_the_tiles_of_a_band(device: int, monkeypatch: pyte
 @pytest.mark.parametrize("options", [Options.paper(iterations=4), Options(iterations=4, revisions=1)])
 def test_the_loop_is_the_same_in_bands(options: Options, device: int, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = vectorize(SMALL, schedule=[1, 2], options=options, device=device)
-    monkeypatch.setattr(run_module, "Rasterizer", functools.partial(Rasterizer, max_tiles=2))
+    monkeypatch.setattr(work, "Rasterizer", functools.partial(Rasterizer, max_tiles=2))
     banded = vectorize(SMALL, schedule=[1, 2], options=options, device=device)
     assert banded.drawing.num_layers == whole.drawing.num_layers
     # Sums of gradients in another order, which a few steps of Adam do not yet make more of.

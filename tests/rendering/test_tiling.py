@@ -119,7 +119,7 @@ def test_bounds_within_the_limits_stay_in_their_boxes(margin: float) -> None:
 def test_spans_cover_every_layer_s_box_exactly_once(seed: int, max_tiles: int) -> None:
     grid = Grid(70, 90, 8)
     boxes = _boxes(seed, 23, grid)
-    spans = plan_spans(boxes, grid.num_strips, max_tiles)
+    spans = plan_spans(boxes, grid, max_tiles)
     for layer, (x0, y0, x1, y1) in enumerate(boxes.tolist()):
         found = [tile[:2] for band in spans.bands for tile in _tiles_of(spans, band, layer)]
         assert sorted(found) == [(strip, tile) for strip in range(y0, y1) for tile in range(x0, x1)]
@@ -129,7 +129,7 @@ def test_spans_cover_every_layer_s_box_exactly_once(seed: int, max_tiles: int) -
 def test_bands_fit_and_share_the_buffers_without_overlap(max_tiles: int) -> None:
     grid = Grid(70, 90, 8)
     boxes = _boxes(5, 23, grid)
-    spans = plan_spans(boxes, grid.num_strips, max_tiles)
+    spans = plan_spans(boxes, grid, max_tiles)
     assert np.array_equal(spans.bands[1:, [0, 2]], spans.bands[:-1, [1, 3]])
     assert spans.bands[0, [0, 2]].tolist() == [0, 0]
     assert spans.bands[-1, [1, 3]].tolist() == [len(spans.spans), grid.num_strips]
@@ -148,14 +148,14 @@ def test_one_band_where_all_fits() -> None:
     grid = Grid(70, 90, 8)
     boxes = _boxes(5, 23, grid)
     whole = int(np.prod(boxes[:, 2:] - boxes[:, :2], axis=1).sum())
-    assert len(plan_spans(boxes, grid.num_strips, whole).bands) == 1
-    assert len(plan_spans(boxes, grid.num_strips, whole - 1).bands) > 1
+    assert len(plan_spans(boxes, grid, whole).bands) == 1
+    assert len(plan_spans(boxes, grid, whole - 1).bands) > 1
 
 
 def test_tables_lead_to_the_spans() -> None:
     grid = Grid(70, 90, 8)
     boxes = _boxes(6, 23, grid)
-    spans = plan_spans(boxes, grid.num_strips, 30)
+    spans = plan_spans(boxes, grid, 30)
     layers, strips = spans.spans[:, 0], spans.spans[:, 1]
     assert np.array_equal(np.lexsort((layers, strips)), np.arange(len(layers))), "by strip and then by layer"
     for strip in range(grid.num_strips):
@@ -176,7 +176,7 @@ def test_tables_lead_to_the_spans() -> None:
 def test_no_layers_or_all_off_the_canvas(count: int) -> None:
     grid = Grid(20, 20, 8)
     boxes = grid.boxes(np.tile([[100.0, 100.0, 120.0, 130.0]], (count, 1)), 0.125)
-    spans = plan_spans(boxes, grid.num_strips, 4)
+    spans = plan_spans(boxes, grid, 4)
     assert len(spans.spans) == 0 and spans.num_tiles == 0
     assert spans.bands[:, :2].max() == 0
     # Every strip still belongs to a band: the background is painted on it.

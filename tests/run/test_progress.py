@@ -65,6 +65,7 @@ def _full() -> Progress:
         iteration=76,
         points=adam(7, 3, 2),
         colors=adam(2, 4),
+        widths=adam(2, 1),
         background=adam(1, 3),
         fills=FillMoments(adam(2, 3, 2), adam(5, 5)),
         pieces=rng.integers(1, 40, size=7).astype(np.int32),
@@ -81,7 +82,7 @@ def _full() -> Progress:
         asked=3,
         failures=2,
         error=0.1 + 0.7,
-        fallback=Fallback(drawing([1, 2]), adam(7, 3, 2), adam(2, 4), moments, np.array([1, 0], np.int8)),
+        fallback=Fallback(drawing([1, 2]), adam(7, 3, 2), adam(2, 4), adam(2, 1), moments, np.array([1, 0], np.int8)),
     )
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import pyopencl as cl
 
 from livecl import Rasterizer
-from livecl.drawing import LINEAR, RADIAL, Drawing, Fills
+from livecl.drawing import LINEAR, RADIAL, SOLID, Drawing, Fills
 from livecl.opencl.device import open_device
 from livecl.opencl.launcher import Launcher
 from livecl.rendering.pipeline import DistanceWeight
@@ -49,8 +49,11 @@ def everything(rasterizer: Rasterizer, case: Case) -> str:
         loss, gradient = rasterizer.loss_and_gradients(again, np.full_like(image, 0.5), weight, pieces)
         parts.append(np.array(loss))
         gradients.append(gradient)
-    parts.append(rasterizer.forward(_with_gradients(drawing), pieces))
+    filled = _with_gradients(drawing)
+    parts.append(rasterizer.forward(filled, pieces))
     gradients.append(rasterizer.backward(np.linspace(-1, 1, image.size).reshape(image.shape)))
+    for weight in (np.ones(image.shape[:2]), DistanceWeight(6.0, pieces)):
+        gradients.append(rasterizer.loss_and_gradients(filled, np.full_like(image, 0.5), weight, pieces)[1])
     for gradient in gradients:
         if gradient.fills is not None:
             parts += [gradient.fills.geometry, gradient.fills.stop_positions, gradient.fills.stop_colors]
@@ -59,14 +62,19 @@ def everything(rasterizer: Rasterizer, case: Case) -> str:
 
 
 def _with_gradients(drawing: Drawing) -> Drawing:
-    """Return a drawing in which linear and radial gradients take turns."""
-    num = drawing.num_layers
+    """Return a drawing in which linear, radial and solid fills take turns, with steps and points that are equal."""
+    num, rng = drawing.num_layers, np.random.default_rng(3)
+    kinds = np.array([LINEAR, RADIAL, SOLID])[np.arange(num) % 3]
+    geometry = rng.uniform(0, 20, (num, 3, 2))
+    geometry[4::5] = 7.0
+    counts = np.where(kinds == SOLID, 0, 2 + np.arange(num) % 2)
+    places = [[], [], [0.0, 1.0], [0.25, 0.5, 0.5]]
     fills = Fills(
-        kinds=[(LINEAR, RADIAL)[layer % 2] for layer in range(num)],
-        geometry=np.random.default_rng(3).uniform(0, 20, (num, 3, 2)),
-        stop_offsets=2 * np.arange(num + 1),
-        stop_positions=[0, 1] * num,
-        stop_colors=np.repeat(drawing.colors, 2, axis=0)[:, ::-1],
+        kinds=kinds,
+        geometry=geometry,
+        stop_offsets=np.cumsum([0, *counts]),
+        stop_positions=[place for count in counts for place in places[count]],
+        stop_colors=np.repeat(drawing.colors[:, ::-1], counts, axis=0),
     )
     return drawing.replace(fills=fills)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from livecl import Options, Rasterizer
 from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.image.errors import mse
 from livecl.run.result import Result, Stage
 from livecl.svg import quantize
@@ -29,6 +30,16 @@ def sample_drawing(background: Any = (0.9, 0.9, 0.8), names: tuple[str, ...] = (
         ([drawings.rectangle(20, 30, 150, 60)], (0.2, 179 / 255, 0.2, 1.0)),
     ]
     return quantize(drawings.build(layers, (240, 200), background).replace(stages=[0, 1, 1], names=names))
+
+
+def shaded_drawing() -> Drawing:
+    """Return the sample drawing whose ring has a radial and whose rectangle has a linear gradient."""
+    fills = [
+        Fills.radial((120, 110), (190, 110), (120, 180), [(0.2, 0.6, 1, 1), (0, 0.2, 0.6, 1)]),
+        Fills.solid(1),
+        Fills.linear((20, 45), (150, 45), [(1, 204 / 255, 0, 1), (1, 0, 0, 102 / 255)]),
+    ]
+    return quantize(sample_drawing().replace(fills=concatenate_fills(fills)))
 
 
 def result_of(drawing: Drawing, target: NDArray[Any], **changes: Any) -> Result:

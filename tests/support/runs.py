@@ -16,6 +16,8 @@ from livecl.drawing.assembly import empty_drawing
 from livecl.image.background import background_for
 from livecl.run.progress import Progress
 from livecl.run.run import Run
+from livecl.training.state import FREE
+from support.shapes import build, circle, rectangle
 
 #: Samples of a pixel along each axis in the pictures drawn here.
 SAMPLES = 8
@@ -50,3 +52,20 @@ def about(mse: float) -> Any:
 def new_run(options: Options, schedule: tuple[int, ...], device: int, target: NDArray[Any] = SMALL) -> Run:
     drawing = empty_drawing(target.shape[:2], background_for(options.background, target))
     return Run(target, Progress.start(drawing, options, schedule, 0), device)
+
+
+def started(holds: list[int], device: int, **changes: Any) -> Run:
+    """Return a run at its first revision, with four layers on the picture of three shapes, (24, 24)."""
+    shapes = [circle((9, 11), 7), rectangle(12, 4, 22, 12), circle((7, 16), 3), circle((20, 20), 1)]
+    colors = [(0.9, 0.2, 0.1, 1), (0.1, 0.3, 0.8, 1), (0.2, 0.7, 0.3, 1), (0.95, 0.95, 0.95, 1)]
+    drawing = build([([shape], color) for shape, color in zip(shapes, colors, strict=True)], (24, 24))
+    drawing = drawing.replace(stages=[0, 1, 1, 1])
+    progress = Progress.start(
+        empty_drawing((24, 24)), Options(placement="region", iterations=1, prune=0.0, **changes), (1, 3), 0
+    )
+    state = progress.state
+    state.add(drawing, np.arange(4))
+    state.holds, state.stage, progress.asked = np.array(holds, np.int8), 2, holds.count(FREE)
+    run = Run(SMALL, progress, device)
+    state.pieces = run.rasterizer.pieces(drawing)
+    return run

@@ -16,8 +16,9 @@ from support.shapes import circle
 
 import livecl
 from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.interpolation.blending import interpolate
-from livecl.svg import format_svg
+from livecl.svg import format_svg, quantize
 from livecl.svg.animated import format_animated_svg, save_animated_svg
 from livecl.views.films import save_gif
 from livecl.views.frames import encode_gif, render_frames
@@ -43,7 +44,7 @@ def animations(text: str) -> dict[str, dict[str, str]]:
 
 
 def path_data(drawing: Drawing, layer: int) -> str | None:
-    return list(ElementTree.fromstring(format_svg(drawing)).iter(f"{SVG}path"))[layer].get("d")
+    return list(ElementTree.fromstring(format_svg(drawing, cubics=True)).iter(f"{SVG}path"))[layer].get("d")
 
 
 def test_what_stands_still_is_not_animated() -> None:
@@ -60,7 +61,9 @@ def test_reads_as_its_first_drawing() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that animations are not read
         still = livecl.read_svg(text.encode())
-    np.testing.assert_array_equal(format_svg(still), format_svg(square(4)))
+    first = quantize(square(4), cubics=True)
+    np.testing.assert_array_equal(still.points, first.points)
+    np.testing.assert_array_equal(still.colors, first.colors)
 
 
 def test_goes_back_the_way_it_came() -> None:
@@ -193,3 +196,52 @@ def test_frames_refuse(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="drawings: got none"):
         save_gif(tmp_path / "out.gif", [])
     assert not list(tmp_path.iterdir())
+
+
+def shaded(fills: Fills, x: float = 4) -> Drawing:
+    drawing = square(x)
+    return drawing.replace(fills=concatenate_fills([Fills.solid(1), fills]))
+
+
+def test_gradients_are_animated() -> None:
+    ends = [(1, 0, 0, 1), (0, 0, 1, 1)]
+    a = shaded(Fills.linear((4, 0), (14, 0), ends))
+    b = shaded(Fills.linear((4, 0), (24, 0), [(1, 0, 0, 1), (0, 1, 0, 0.5)]))
+    text = format_animated_svg(interpolate(a, b, [0, 1]), bounce=False)
+    root = ElementTree.fromstring(text)
+    (gradient,) = root.iter(f"{SVG}linearGradient")
+    assert list(root.iter(f"{SVG}path"))[1].get("fill") == f"url(#{gradient.get('id')})"
+    found = {(e.get("attributeName"), e.get("values")) for e in gradient.iter(f"{SVG}animate")}
+    assert found == {("x2", "14;24"), ("stop-color", "#0000ff;#00ff00"), ("stop-opacity", "1;.50196")}
+
+
+def test_gradients_read_as_those_of_the_first_drawing() -> None:
+    ends = [(1, 0, 0, 1), (0, 0, 1, 1)]
+    a = shaded(Fills.linear((4, 0), (14, 0), ends))
+    b = shaded(Fills.radial((10, 10), (20, 10), (10, 16), ends), 20)
+    drawings = interpolate(a, b, np.linspace(0, 1, 5).tolist())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that animations are not read
+        still = livecl.read_svg(format_animated_svg(drawings).encode())
+    np.testing.assert_allclose(livecl.render(still), livecl.render(drawings[0]), atol=1 / 255)
+
+
+def test_an_ellipse_turns_the_short_way() -> None:
+    ends = [(1, 0, 0, 1), (0, 0, 1, 1)]
+    turns = np.radians([85, 95, 175, 185])
+    frames = []
+    for turn in turns:
+        axis = np.array([np.cos(turn), np.sin(turn)])
+        frames.append(shaded(Fills.radial((10, 10), 10 + 8 * axis, 10 + 3 * np.array([-axis[1], axis[0]]), ends)))
+    root = ElementTree.fromstring(format_animated_svg(frames, bounce=False))
+    (rotation,) = (e for e in root.iter(f"{SVG}animateTransform") if e.get("type") == "rotate")
+    angles = [float(value) for value in str(rotation.get("values")).split(";")]
+    np.testing.assert_allclose(np.diff(angles), np.diff([85, 95, 175, 185])[: len(angles) - 1], atol=0.1)
+    (scale,) = (e for e in root.iter(f"{SVG}animateTransform") if e.get("type") == "scale")
+    assert len(set(str(scale.get("values")).split(";"))) == 1
+
+
+def test_refuses_other_kinds_of_fills() -> None:
+    a = shaded(Fills.linear((4, 0), (14, 0), [(1, 0, 0, 1), (0, 0, 1, 1)]))
+    with pytest.raises(ValueError, match="fills of other kinds"):
+        format_animated_svg([a, square(4)])

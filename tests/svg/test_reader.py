@@ -174,8 +174,7 @@ def test_what_cannot_be_represented_is_named_once_with_counts() -> None:
     drawing, names = left_out(
         '<pattern id="g"/><text>a</text><text>b</text>'
         '<image href="http://example.org/a.png"/><foreignObject/>'
-        + RECT.format('stroke="red"')
-        + RECT.format('stroke="red" stroke-width="0"')
+        + RECT.format('fill="red" stroke-width="0" stroke="red"')
         + RECT.format('fill="url(#g)"')
         + RECT.format('fill="url(#g) lime"')
         + RECT.format('clip-path="url(#c)" mask="url(#m)" style="filter:blur(2px);mix-blend-mode:multiply"')
@@ -188,7 +187,6 @@ def test_what_cannot_be_represented_is_named_once_with_counts() -> None:
             "text (2)",
             "images (1)",
             "foreign objects (1)",
-            "strokes (1)",
             "pattern fills (2)",
             "clips (1)",
             "masks (1)",
@@ -201,7 +199,7 @@ def test_what_cannot_be_represented_is_named_once_with_counts() -> None:
         ]
     )
     black, lime = (0, 0, 0, 1), (0, 1, 0, 1)
-    np.testing.assert_array_equal(drawing.colors, [black, black, lime, black, black, black])
+    np.testing.assert_array_equal(drawing.colors, [(1, 0, 0, 1), lime, black, black, black])
 
 
 def test_background() -> None:

@@ -64,7 +64,7 @@ def test_sweep(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPat
     files = {
         "right": f'{head}<circle cx="9" cy="9" r="5"/></svg>',
         "framed": f'{head}<circle cx="9" cy="9" r="5"/>{frame}</svg>',
-        "stroked": f'{head}<circle cx="9" cy="9" r="5" stroke="red"/></svg>',
+        "masked": f'{head}<circle cx="9" cy="9" r="5" mask="url(#m)"/><mask id="m"/></svg>',
         "cut": f"{head}<circle",
         "wrong": f'{head}<circle cx="9" cy="9" r="5"/></svg>',
     }

@@ -76,8 +76,8 @@ def test_exact_text() -> None:
         'width="30" height="20" viewBox="0 0 30 20">\n'
         '  <rect id="background" width="30" height="20" fill="#ffffff"/>\n'
         '  <g inkscape:groupmode="layer" inkscape:label="stage 1" id="stage-1">\n'
-        '    <path id="layer-00-red-top-left" inkscape:label="layer-00 red top left" fill="#ff0000" '
-        'd="M1 2c1 0 2 0 3 0 0 1 0 2 0 3-1 0-2 0-3 0 0-1 0-2 0-3Z"/>\n'
+        '    <rect id="layer-00-red-top-left" inkscape:label="layer-00 red top left" fill="#ff0000" '
+        'x="1" y="2" width="3" height="3"/>\n'
         "  </g>\n"
         '  <g inkscape:groupmode="layer" inkscape:label="stage 2" id="stage-2">\n'
         '    <path id="it-s-mine-" inkscape:label="it\'s &lt;&quot;mine&quot;&gt;" '
@@ -88,8 +88,8 @@ def test_exact_text() -> None:
     assert format_svg(drawing, 1, "plain") == (
         '<svg xmlns="http://www.w3.org/2000/svg" width="30" height="20" viewBox="0 0 30 20">\n'
         '  <rect id="background" width="30" height="20" fill="#ffffff"/>\n'
-        '  <path id="layer-00-red-top-left" fill="#ff0000" '
-        'd="M1 2c1 0 2 0 3 0 0 1 0 2 0 3-1 0-2 0-3 0 0-1 0-2 0-3Z"/>\n'
+        '  <rect id="layer-00-red-top-left" fill="#ff0000" '
+        'x="1" y="2" width="3" height="3"/>\n'
         '  <path id="it-s-mine-" fill="#336699" fill-opacity=".50196" d="M0 5.5c6.2 1.5 8.1 3.5 0 0Z">'
         '<title>it\'s &lt;"mine"&gt;</title></path>\n'
         "</svg>\n"

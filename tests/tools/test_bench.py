@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import time
+import types
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +71,26 @@ def test_own_times_of_nested_steps_add_up() -> None:
     assert set(clock.seconds) == {"inner", "outer"}
     assert all(seconds > 0 for seconds in clock.seconds.values())
     assert sum(clock.seconds.values()) <= whole
+
+
+def test_time_within_revisions_is_apart() -> None:
+    class Revise:
+        pass
+
+    clock = breakdown.Clock()
+    step = clock.timed("iterations", lambda run: None)
+    for phase in (Revise(), object()):
+        step(types.SimpleNamespace(phase=phase))
+    assert list(clock.seconds) == ["iterations of revisions", "iterations"]
+
+
+def test_pictures_of_whole_runs(tmp_path: Path) -> None:
+    pixels = scenes.picture("pixels", 64)
+    assert pixels.shape == (64, 64, 3)
+    assert np.array_equal(pixels, np.kron(pixels[::2, ::2], np.ones((2, 2, 1), np.float32)))
+    scenes.save_variants(scenes.picture("face", 16), tmp_path / "faces", count=8)
+    files = sorted((tmp_path / "faces").iterdir())
+    assert len({file.read_bytes() for file in files}) == len(files) == 8
 
 
 def test_wrapping_is_undone_and_tells_what_is_missing() -> None:
@@ -211,6 +232,7 @@ def test_run_of_the_smallest_cases(tmp_path: Path, device: int | None) -> None:
     assert step["kernels"]["ms"]
     assert all(ms >= 0 for ms in step["kernels"]["ms"].values())
     assert {"placement", "iterations", "pruning"} <= set(whole["parts"])
+    assert all(whole["parts"][output] > 0 for output in ("saving", "report", "sheet", "GIF"))
     assert whole["checked"]["mse"] <= cases.CASES["emoji"].mse_at_most
     assert found["cases"]["import"]["time"]["repeats"] == 1
     assert "1 path, 240x240" in ended.stdout

@@ -14,7 +14,7 @@ def test_known_methods_have_usable_options() -> None:
     for method in METHODS.values():
         method.check()
     assert METHODS["live"].options() == Options()
-    assert METHODS["paper-xing1"].options() == Options.paper(xing_weight=1.0)
+    assert METHODS["paper"].options() == Options.paper()
     assert METHODS["diffvg"].options() == Options.diffvg()
     assert METHODS["diffvg"].one_stage
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import sys
 from collections.abc import Callable
@@ -11,11 +12,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.results import shaded_drawing
 
 from livecl import LiveclError, Options, vectorize
 from livecl.run.callbacks import Step
 from livecl.run.result import Result
 from livecl.views.notebook import LiveView
+from livecl.views.report.markup import drawing_svg
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -68,6 +71,16 @@ def test_every_step_in_place(handles: list[Handle]) -> None:
     assert data["text/html"].count("<path") == 2
     assert "stage 2/2, step 6 of 6, paths 2, loss" in data["text/plain"]
     assert handle.shown[0][1] != data
+
+
+def test_gradients_of_other_cells_are_not_taken(handles: list[Handle]) -> None:
+    one = drawing_svg(shaded_drawing(), 2)
+    other = shaded_drawing()
+    moved = drawing_svg(other.replace(fills=other.fills.stretched(0.5)), 2)
+    names, others = (set(re.findall(r'Gradient id="([^"]*)"', svg)) for svg in (one, moved))
+    assert len(names) == len(others) == 2
+    assert not names & others
+    assert set(re.findall(r"url\(#([^)]*)\)", one)) == names
 
 
 def test_seldom_but_at_the_end_of_each_stage(handles: list[Handle]) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import drawings
-from support.results import NASTY, result_of, sample, sample_drawing
+from support.results import NASTY, result_of, sample, sample_drawing, shaded_drawing
 
 from livecl import Rasterizer, read_image
 from livecl.drawing.assembly import empty_drawing
@@ -23,7 +23,7 @@ from livecl.image.background import target_over
 from livecl.image.errors import mse
 from livecl.run.result import Stage
 from livecl.views.report.markup import number, psnr
-from livecl.views.report.measures import differences, layer_facts, page_size
+from livecl.views.report.measures import differences, layer_facts, page_size, with_solid
 from livecl.views.report.page import format_report, write_report
 from livecl.views.report.plot import error_plot
 
@@ -233,3 +233,38 @@ def test_figures() -> None:
     assert [number(value, 3) for value in (1.0, -0.0001, 100.0, 2.34567)] == ["1", "0", "100", "2.346"]
     assert number(100.0, 0) == "100"
     assert (psnr(0.01), psnr(0.0)) == ("20.0", "∞")
+
+
+def test_gradients_are_shown() -> None:
+    drawing = shaded_drawing()
+    target = Rasterizer(drawing.size).forward(drawing)
+    page = Page(format_report(target, result_of(drawing, target)))
+    ids = [given["id"] for _, given in page.elements if given.get("id")]
+    assert len(ids) == len(set(ids))
+    fills = [given.get("fill") or "" for tag, given in page.elements if tag in ("path", "rect")]
+    used = {fill[5:-1] for fill in fills if fill.startswith("url(")}
+    # Of the finished drawing, of both stages, and of the list's squares, whose stops are the drawing's.
+    assert used == {"fill-0", "fill-2", "fill-stage-1-0", "fill-stage-2-0", "fill-stage-2-2", "swatch-0", "swatch-2"}
+    assert used <= set(ids)
+    assert {given.get("href") for tag, given in page.elements if tag.endswith("gradient")} >= {"#fill-0", "#fill-2"}
+    assert "linear, #ffcc00 to #ff0000 at 40 %" in page.texts["td"]
+    assert "radial, #3399ff to #003399" in page.texts["td"]
+
+
+def test_worth_of_a_gradient_is_that_over_one_colour() -> None:
+    drawing = shaded_drawing()
+    rasterizer = Rasterizer(drawing.size)
+    target = rasterizer.forward(drawing)
+    facts = layer_facts(drawing, "<path/>" * 3, target, rasterizer)
+    assert facts[1].gradient is None
+    ring = facts[0].gradient
+    assert ring is not None
+    # No colour does better than the one compared with; the ring lies partly under others.
+    for color in np.random.default_rng(0).uniform(0, 1, (50, 3)):
+        solid = rasterizer.forward(with_solid(drawing, 0, color))
+        assert mse(solid, target) >= ring
+    assert 0 < ring < mse(rasterizer.forward(with_solid(drawing, 0, drawing.colors[0, :3])), target) * (1 + 1e-6)
+    # Without a layer, gradients below and above it stay what they are.
+    for layer in range(3):
+        without = rasterizer.forward(drawing.layer_subset([k for k in range(3) if k != layer]))
+        assert facts[layer].removed == pytest.approx(mse(without, target))

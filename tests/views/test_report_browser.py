@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import io
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,10 +13,11 @@ import compare_svg
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image
 from support import chromium
-from support.results import NASTY, result_of, sample
+from support.results import NASTY, result_of, sample, shaded_drawing
 
-from livecl import read_image
+from livecl import Rasterizer, read_image
 from livecl.drawing.assembly import empty_drawing
 from livecl.run.result import Result
 from livecl.views.report.page import write_report
@@ -158,6 +160,23 @@ def test_hovering_a_layer_shows_its_facts(browser: Any, page: tuple[Path, Result
     ActionChains(browser).move_to_element(rows[0]).perform()
     assert "layer-02" in find(browser, "#facts").text  # the topmost is listed first
     assert "lit" in browser.find_elements(By.CSS_SELECTOR, "#drawing .layers path")[2].get_attribute("class")
+
+
+def test_gradients_in_the_picture_and_its_facts(browser: Any, tmp_path: Path) -> None:
+    drawing = shaded_drawing()
+    target = Rasterizer(drawing.size).forward(drawing)
+    file = tmp_path / "report.html"
+    write_report(file, target, result_of(drawing, target))
+    visit(browser, file, "#k=3&layer=2")
+    difference = shown(browser, drawing.size) - target
+    assert float(np.mean(np.square(difference, dtype=np.float64))) < 1e-3  # of solid colours: 6e-3
+    facts = find(browser, "#facts")
+    assert "linear, #ffcc00 to #ff0000 at 40 % (one colour instead: +" in facts.text
+    square = Image.open(io.BytesIO(find(browser, "#facts .swatch").screenshot_as_png)).convert("RGB")
+    left, right = (square.getpixel((int(x * square.width), square.height // 2)) for x in (0.15, 0.85))
+    assert left[1] - left[2] > 100  # yellow
+    assert right[0] - right[1] > 60  # red
+    assert left[1] > right[1] + 30
 
 
 def test_list_of_layers_by_keyboard(browser: Any, page: tuple[Path, Result]) -> None:

@@ -38,7 +38,14 @@ RUN_PARTS = (
     ("iterations", "livecl.run.run", "Run.step"),
     ("merging", "livecl.run.run", "merge_neighbors"),
     ("pruning", "livecl.run.run", "needed_layers"),
-    ("choosing what a revision takes out", "livecl.run.phases", "least_useful"),
+    ("choice", "livecl.run.phases", "least_useful"),
+)
+#: What follows a run: label, and how its files are written.
+OUTPUTS: tuple[tuple[str, Callable[..., Any]], ...] = (
+    ("saving", lambda views, image, result, course, path: result.save_svg(path / "a.svg")),
+    ("report", lambda views, image, result, course, path: views.write_report(path / "a.html", image, result)),
+    ("sheet", lambda views, image, result, course, path: views.save_sheet(path / "a.png", image, result)),
+    ("GIF", lambda views, image, result, course, path: course.save_gif(path / "a.gif", result=result)),
 )
 #: The rest of an iteration, or of a run.
 OTHER = "other"
@@ -58,13 +65,14 @@ class Clock:
 
         @functools.wraps(function)
         def wrapper(*arguments: Any, **keywords: Any) -> Any:
+            in_revision = type(getattr(arguments[0], "phase", None)).__name__ == "Revise" if arguments else False
             self._inner.append(0.0)
             start = time.perf_counter()
             try:
                 return function(*arguments, **keywords)
             finally:
                 whole = time.perf_counter() - start
-                self.seconds[label] += whole - self._inner.pop()
+                self.seconds[f"{label} of revisions" if in_revision else label] += whole - self._inner.pop()
                 self._inner[-1] += whole
 
         return wrapper

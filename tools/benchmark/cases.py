@@ -18,12 +18,13 @@ class Case:
     ----------
     name : str
         What the command line calls it.
-    kind : "step", "run", "startup" or "import"
-        One iteration; a whole run; the command line to its first iteration; ``import livecl``.
+    kind : "step", "run", "folder", "startup" or "import"
+        One iteration; a whole run; 40 runs in two workers; the command line to its first iteration; ``import livecl``.
     paths, side : int
-        Layers of the scene; height and width of the canvas, px.
-    picture : "face", "photo" or "covers"
-        The emoji of the examples; a photograph; no picture but layers that each cover the canvas.
+        Layers of the scene, 0 where a run chooses; height and width of the canvas, px, of runs in full.
+    picture : "face", "scene", "soft", "photo", "pixels" or "covers"
+        Pictures of the examples; a photograph; the face in 32x32 squares; no picture but layers that each cover the
+        canvas.
     schedule : tuple of int or None
         Paths that each stage of a run adds; None for the growing schedule.
     preset : str
@@ -37,10 +38,10 @@ class Case:
     """
 
     name: str
-    kind: Literal["step", "run", "startup", "import"]
+    kind: Literal["step", "run", "folder", "startup", "import"]
     paths: int = 0
     side: int = 240
-    picture: Literal["face", "photo", "covers"] = "photo"
+    picture: Literal["face", "scene", "soft", "photo", "pixels", "covers"] = "photo"
     schedule: tuple[int, ...] | None = None
     preset: str = "paper"
     cold: bool = False
@@ -56,7 +57,9 @@ class Case:
             layers = "covering layers" if self.picture == "covers" else "path" if self.paths == 1 else "paths"
             return f"{self.paths} {layers}, {size}"
         if self.kind == "run":
-            return f"{self.name}: {self.preset}, {self.paths} paths, {size}"
+            return f"{self.name}: {self.preset}, {self.paths or 'auto'} paths, {size}"
+        if self.kind == "folder":
+            return f"{self.name}: 40 of {self.picture}, {self.paths} paths, {size}, two workers"
         return "import livecl" if self.kind == "import" else f"start-up, {'cold' if self.cold else 'warm'}"
 
 
@@ -73,14 +76,21 @@ _LIST = [
     Case(name="covers", kind="step", paths=512, side=1024, picture="covers"),
     Case(name="emoji", kind="run", paths=5, picture="face", schedule=EMOJI, goal_ms=2300, mse_at_most=6e-3),
     Case(name="face", kind="run", paths=8, picture="face", preset="default", mse_at_most=6e-3),
+    Case(name="clip-art", kind="run", paths=32, picture="scene", preset="default", mse_at_most=1e-3),
+    Case(name="icon", kind="run", paths=5, picture="soft", preset="default", mse_at_most=1e-3),
+    Case(name="photo-32", kind="run", paths=32, preset="default", mse_at_most=1e-2),
+    Case(name="photo-128", kind="run", paths=128, preset="default", mse_at_most=4e-3),
+    Case(name="photo-2048", kind="run", paths=32, side=2048, preset="default", mse_at_most=1e-2),
+    Case(name="pixels", kind="run", side=512, picture="pixels", preset="default", mse_at_most=1e-3),
+    Case(name="faces", kind="folder", paths=8, picture="face", preset="default", mse_at_most=6e-3),
     Case(name="startup-warm", kind="startup", goal_ms=800),
     Case(name="startup-cold", kind="startup", cold=True, goal_ms=4000),
     Case(name="import", kind="import", goal_ms=400),
 ]
 #: The cases by name, in the order of the table.
 CASES = {case.name: case for case in _LIST}
-#: Left out unless asked for: seconds for an iteration, gigabytes if the memory were not bounded.
-EXTREME = ("covers",)
+#: Left out unless asked for: seconds for an iteration, gigabytes if the memory were not bounded; minutes for a run.
+EXTREME = ("covers", "photo-128", "photo-2048", "pixels", "faces")
 
 
 def chosen_cases(names: str | None) -> list[Case]:

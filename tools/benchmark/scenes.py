@@ -31,8 +31,8 @@ def picture(name: str, side: int, photo: str | None = None) -> NDArray[np.float3
 
     Parameters
     ----------
-    name : "face", "photo" or "covers"
-        The emoji; the photograph that scikit-image brings, or the file `photo`; nothing but white.
+    name : str
+        As of :class:`benchmark.cases.Case`; the photograph is scikit-image's, or the file `photo`; "covers" is white.
     side : int
         Height and width, px.
     photo : path, optional
@@ -42,6 +42,9 @@ def picture(name: str, side: int, photo: str | None = None) -> NDArray[np.float3
 
     from livecl.image.reading import over_background, read_image
 
+    if name == "pixels":
+        small = picture("face", 256)[4::8, 4::8]
+        return np.kron(small, np.ones((side // 32, side // 32, 1), np.float32))
     if name == "covers":
         return np.ones((side, side, 3), np.float32)
     if name == "photo" and photo is None:
@@ -49,12 +52,21 @@ def picture(name: str, side: int, photo: str | None = None) -> NDArray[np.float3
 
         image = skimage.data.astronaut().astype(np.float32) / 255
     else:
-        image = read_image(photo if name == "photo" and photo is not None else FACE)
+        image = read_image(photo if name == "photo" and photo is not None else FACE.with_name(f"{name}.png"))
     if image.shape[2] == 4:
         image = over_background(image, np.ones(3))
     if image.shape[:2] != (side, side):
         image = resize(image, (side, side), anti_aliasing=True)
     return np.clip(image, 0, 1).astype(np.float32)
+
+
+def save_variants(image: NDArray[np.float32], folder: Path, count: int = 40) -> None:
+    """Write variants of a picture: its rows moved, its channels swapped."""
+    from livecl.image.reading import save_image
+
+    folder.mkdir()
+    for number in range(count):
+        save_image(folder / f"{number:02}.png", np.roll(np.roll(image, number, axis=0), number, axis=2))
 
 
 def made(case: Case, photo: str | None = None, device: int | str | None = None) -> Drawing:

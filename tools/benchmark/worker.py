@@ -6,6 +6,7 @@ Its memory is its own then, and the package of another checkout is measured by t
 
 from __future__ import annotations
 
+import inspect
 import json
 import time
 from collections.abc import Callable
@@ -63,12 +64,14 @@ class Worker:
 
     def prepare(self) -> Answer:
         """Make a case's picture, and the scene of an iteration."""
-        from benchmark.scenes import made, picture, save_scene
+        from benchmark.scenes import made, picture, save_scene, save_variants
 
-        if self.case.kind in ("step", "run"):
+        if self.case.kind in ("step", "run", "folder"):
             np.save(self.picture_file, picture(self.case.picture, self.case.side, self.photo))
         if self.case.kind == "step":
             save_scene(self.scene_file, made(self.case, self.photo, self.device))
+        if self.case.kind == "folder":
+            save_variants(np.load(self.picture_file), self.folder / "faces")
         return {}
 
     def check(self) -> Answer:
@@ -81,6 +84,8 @@ class Worker:
             return {"checked": check_step(image, load_scene(self.scene_file), self.device, exact=exact)}
         if self.case.kind == "run":
             return {"checked": check_error(self.whole_run().mse, self.case.mse_at_most)}
+        if self.case.kind == "folder":
+            return {"checked": check_error(self.whole_folder()[1], self.case.mse_at_most)}
         return {"checked": {"seconds": self.process_seconds()}}
 
     def time(self) -> Answer:
@@ -91,6 +96,8 @@ class Worker:
             return self.time_step()
         if self.case.kind == "run":
             return self.time_run()
+        if self.case.kind == "folder":
+            return {"time": repeated(lambda: self.whole_folder()[0], self.rate(), self.repeats or 1).summary()}
         return {"time": repeated(self.process_seconds, self.rate(), self.repeats or PROCESSES).summary()}
 
     def time_step(self) -> Answer:
@@ -132,17 +139,44 @@ class Worker:
         whole = result.seconds + result.compile_seconds
         parts = {label: 1e3 * seconds for label, seconds in clock.seconds.items()}
         parts[breakdown.OTHER] = 1e3 * whole - sum(parts.values())
+        parts |= self.outputs_ms()
         return {"time": found.summary(), "parts": parts, "memory_mb": peak_megabytes()}
 
-    def whole_run(self) -> Any:
-        """Run the case's preset and schedule."""
+    def whole_run(self, on_step: Any = None) -> Any:
+        """Run the case's preset and schedule, on all pixels."""
         import livecl
         from livecl.options import PRESETS
 
         options, image = PRESETS[self.case.preset](), np.load(self.picture_file)
-        return livecl.vectorize(
-            image, self.case.paths, schedule=self.case.schedule, options=options, device=self.device
-        )
+        given = {"schedule": self.case.schedule, "options": options, "device": self.device, "on_step": on_step}
+        if "size" in inspect.signature(livecl.vectorize).parameters:
+            given["size"] = 0
+        return livecl.vectorize(image, self.case.paths or "auto", **given)
+
+    def outputs_ms(self) -> dict[str, float]:
+        """Return the ms of each output of a run; none in checkouts from before there were views."""
+        from benchmark.breakdown import OUTPUTS
+
+        try:
+            from livecl import views
+        except ImportError:
+            return {}
+        course, found = views.Course(), {}
+        result = self.whole_run(course)
+        for label, write in OUTPUTS:
+            start = time.perf_counter()
+            write(views, np.load(self.picture_file), result, course, self.folder)
+            found[label] = 1e3 * (time.perf_counter() - start)
+        return found
+
+    def whole_folder(self) -> tuple[float, float]:
+        """Run the folder of variants in two workers; return all seconds and the mean MSE."""
+        import livecl
+
+        start, recipe = time.perf_counter(), livecl.Recipe(paths=self.case.paths)
+        folders = self.folder / "faces", self.folder / "svgs"
+        outcomes = livecl.vectorize_files(*folders, recipe=recipe, workers=2, skip_done=False)
+        return time.perf_counter() - start, float(np.mean([outcome.mse or np.inf for outcome in outcomes]))
 
     def process_seconds(self) -> float:
         """Return the seconds of the process that a case is about."""

@@ -14,18 +14,9 @@ from livecl.options import PRESETS, Options
 VTRACER = "vtracer"
 #: VTracer's own parameters that a method may change.
 VTRACER_PARAMETERS = {
-    "colormode",
-    "hierarchical",
-    "mode",
-    "filter_speckle",
-    "color_precision",
-    "layer_difference",
-    "corner_threshold",
-    "length_threshold",
-    "max_iterations",
-    "splice_threshold",
-    "path_precision",
-}
+    "colormode", "hierarchical", "mode", "filter_speckle", "color_precision", "layer_difference", "corner_threshold",
+    "length_threshold", "max_iterations", "splice_threshold", "path_precision",
+}  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -83,19 +74,14 @@ class Method:
         return {**dataclasses.asdict(self.options()), **own}
 
 
-#: The methods that are known by name: ours, the paper's, its comparison, its ablations, and a tracer.
+#: The methods that are known by name: ours, the paper's, its comparison, and a tracer.
 METHODS = {
     method.name: method
     for method in (
         Method(name="live"),
-        Method(name="mse", changes={"loss": "mse"}),
         Method(name="paper", preset="paper"),
         Method(name="released", preset="released"),
         Method(name="diffvg", preset="diffvg", one_stage=True),
-        Method(name="paper-mse", preset="paper", changes={"loss": "mse"}),
-        Method(name="paper-random", preset="paper", changes={"shape": "random"}),
-        Method(name="paper-xing0", preset="paper", changes={"xing_weight": 0.0}),
-        Method(name="paper-xing1", preset="paper", changes={"xing_weight": 1.0}),
         Method(name=VTRACER, preset=VTRACER),
     )
 }

@@ -108,21 +108,14 @@ class Run:
             "source": source_digest(),
         }
 
-    def kept_rows(self, any_source: bool = False) -> list[Row] | None:
-        """Return the rows of a run that is finished already, or None.
-
-        With `any_source`, it may have been made by another state of the program.
-        """
+    def kept_rows(self) -> list[Row] | None:
+        """Return the rows of a run that is finished already, or None."""
         try:
             result = json.loads((self.folder / _RESULT).read_text())
         except (OSError, ValueError):
             return None
-        key, kept = self.key(), result["key"]
-        if any_source:
-            for name in ("version", "source"):
-                key.pop(name), kept.pop(name, None)
         rows: list[Row] = result["rows"]
-        return rows if kept == key else None
+        return rows if result["key"] == self.key() else None
 
 
 def picture_name(picture: Path) -> str:

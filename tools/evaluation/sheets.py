@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import colorsys
 import io
 import itertools
 import re
@@ -16,9 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from evaluation.measures import resvg_picture, true_drawing, true_svg
 from livecl import quality
-from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
-from livecl.geometry.bezier import flatten
 from livecl.image.reading import over_background, read_image
 from livecl.svg import read_svg
 from livecl.views.sheet import count_of, fitted, fitted_size
@@ -26,10 +23,6 @@ from livecl.views.sheet import count_of, fitted, fitted_size
 #: Longest side of a picture, px; pictures of a sheet; stages shown before the final one.
 CELL, ROWS, EARLIER = 200, 8, 4
 _MARGIN, _LINE = 8, 18
-#: Outlines are drawn so much larger, then made smaller, which smooths them.
-_FINER = 3
-#: Turn of hue between layers: the golden section, so that neighbours differ.
-_HUE_STEP = 0.618
 
 Row = dict[str, Any]
 
@@ -92,29 +85,8 @@ def _things(row: Row, output: Path, picture: Path) -> Image.Image:
         f"{row['hidden_overlap']:.2f}   missed {row['missed']}   extra {row['extra']}   cubics {row['segments']} "
         f"(artist {row['true_segments']})   MSE {row['mse']:.1e}"
     )
-    right = quality.draw_things(true, quality.things_of_drawing(drawing), title)
-    left = [_shown(resvg_picture(file.read_bytes(), drawing.size)) for file in (svg, output / row["svg"])]
-    strip = Image.new("RGB", (CELL + right.width, max(right.height, CELL + _LINE)), "white")
-    for place, image in enumerate(left):
-        strip.paste(image.resize((image.width // 2, image.height // 2)), (_MARGIN, _LINE + place * CELL // 2))
-    strip.paste(right, (CELL // 2 + 2 * _MARGIN, 0))
-    return strip
-
-
-def outlines(drawing: Drawing, image: Image.Image) -> Image.Image:
-    """Return a faded picture of a drawing, of any size, with the outline of each layer in a colour of its own."""
-    scale = np.array(image.size) / (drawing.size[1], drawing.size[0]) * _FINER
-    size = (image.width * _FINER, image.height * _FINER)
-    canvas = Image.blend(image, Image.new("RGB", image.size, "white"), 0.75).resize(size)
-    pen = ImageDraw.Draw(canvas)
-    for layer in range(drawing.num_layers):
-        red, green, blue = colorsys.hsv_to_rgb(layer * _HUE_STEP % 1, 1, 0.8)
-        ink = round(255 * red), round(255 * green), round(255 * blue)
-        for subpath in drawing.subpaths(layer):
-            corners = flatten(drawing.cubics[subpath], tolerance=0.1).corners * scale
-            closed = [(float(x), float(y)) for x, y in [*corners, corners[0]]]
-            pen.line(closed, fill=ink, width=_FINER)
-    return canvas.resize(image.size, Image.Resampling.LANCZOS)
+    pictures = [resvg_picture(file.read_bytes(), drawing.size) for file in (svg, output / row["svg"])]
+    return quality.draw_things(true, quality.things_of_drawing(drawing), title, pictures)
 
 
 def _strip(row: Row, output: Path, picture: Path) -> Image.Image:
@@ -127,7 +99,7 @@ def _strip(row: Row, output: Path, picture: Path) -> Image.Image:
         cells.append((count_of(row["stages"][stage - 1], "path"), _shown(resvg_picture(file.read_bytes()))))
     whole = _shown(resvg_picture(final.read_bytes()))
     cells.append((f"final, {count_of(row['paths'], 'path')}", whole))
-    cells.append(("outlines", outlines(read_svg(final), whole)))
+    cells.append(("outlines", quality.draw_outlines(read_svg(final), whole)))
     title = (
         f"{row['picture']}   MSE {row['mse']:.2e}   SSIM {row['ssim']:.3f}   {row['seconds']:.1f} s   "
         f"in one region {row['in_one_region']}/{row['paths']}   crossing {row['self_crossing']}   "

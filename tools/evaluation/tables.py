@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmark.report import table
+
 from livecl.files import write_atomically
 
 Row = dict[str, Any]
@@ -98,22 +100,13 @@ def _growth(chosen: Sequence[Row], rows: Sequence[Row]) -> Row:
 
 
 def format_summary(summary: Sequence[Row]) -> str:
-    """Return the summary as a text table."""
+    """Return the summary as a Markdown table, without the columns that are empty."""
     columns = {name: column for name, column in SUMMARY.items() if any(row[name] is not None for row in summary)}
-    lines = [["pictures", "asked", "method", *(heading for heading, _ in columns.values())]]
+    rows = []
     for row in summary:
-        asked = "-" if row["asked"] is None else str(row["asked"])
         shown = ["-" if row[name] is None else show(row[name]) for name, (_, show) in columns.items()]
-        lines.append([row["group"], asked, row["method"], *shown])
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    left = {0, 2}
-    return "\n".join(
-        "  ".join(
-            cell.ljust(width) if index in left else cell.rjust(width)
-            for index, (cell, width) in enumerate(zip(line, widths, strict=True))
-        )
-        for line in lines
-    )
+        rows.append([row["group"], str(row["asked"] or "-"), row["method"], *shown])
+    return table("Summary", ["pictures", "asked", "method", *(heading for heading, _ in columns.values())], rows)
 
 
 def _statistics(rows: Sequence[Row]) -> Row:

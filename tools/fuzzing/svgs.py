@@ -14,7 +14,8 @@ from fuzzing.mutation import mutated
 from livecl.drawing.drawing import Drawing
 from livecl.errors import SvgError
 from livecl.svg import format_svg, read_svg
-from livecl.svg.writer import MAX_PRECISION, quantize
+from livecl.svg.outline_data import MAX_PRECISION
+from livecl.svg.writer import quantize
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Whole files that parts are changed of.

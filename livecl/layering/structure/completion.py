@@ -14,9 +14,11 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from livecl.layering.structure.contours import AFTER, BEFORE, COMPLETED, Contour, Outlines
-from livecl.layering.structure.prices import Prices, outline_price
+from livecl.layering.structure.prices import Prices, outline_price, signed_area
+from livecl.layering.structure.primitives import FARTHEST, fitted_primitive
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -58,6 +60,40 @@ def completed(
     prices : Prices
         What is paid for.
     """
+    closed, price = _gaps_closed(contour, below, room, outlines, prices)
+    whole = _primitive(contour, below, room, outlines)
+    if whole is not None:
+        grown = max(0.0, abs(whole.area) - abs(contour.area))
+        hidden = prices.hidden * float(np.log1p(grown / abs(contour.area)))
+        cost = outline_price(whole.points, prices) + hidden - prices.primitive
+        if cost < price - (prices.saving if closed is contour else 0.0):
+            return whole, cost
+    return closed, price
+
+
+def _primitive(contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines) -> Contour | None:
+    """Return the circle or ellipse that the visible part of a contour lies on, hidden where it was not seen."""
+    hidden = below[contour.across]
+    if not hidden.any() or hidden.all():
+        return None
+    seen = ~(hidden | np.roll(hidden, 2) | np.roll(hidden, -2))
+    points = fitted_primitive(contour.points[seen])
+    if points is None:
+        return None
+    if signed_area(points) * contour.area < 0:
+        points = points[::-1].copy()
+    distance, nearest = cKDTree(contour.points[~hidden]).query(points)
+    made_up = distance > FARTHEST
+    if outlines.share_in(points[made_up], room) < COVERED:
+        return None
+    across = np.where(made_up, COMPLETED, contour.across[~hidden][nearest])
+    return Contour(points, across, np.zeros(len(points), np.int64))
+
+
+def _gaps_closed(
+    contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
+) -> tuple[Contour, float]:
+    """Return a contour with each gap closed by the curve that makes it cheapest, where that saves, and its price."""
     price, done = outline_price(contour.points, prices), 0
     area = abs(contour.area)
     while True:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl.layering.structure.edges import edge_polylines
 from livecl.layering.structure.flat import FlatRegions
 from livecl.layering.structure.prices import signed_area
 
@@ -32,6 +33,9 @@ UNCLEAR, OWN, BEFORE, AFTER = range(4)
 REACH, LEFT_OUT = 11, 1.2
 #: Largest bend of an outline that runs straight through, and by how much it must beat the next: radians.
 STRAIGHT, CLEARER = 0.6, 0.25
+#: Area, px^2, of the smallest outline beside the largest of a region: a region has more pixels (flat.SMALLEST), less is
+#: a mixed pixel that was taken for another region's.
+LEAST_AREA = 2.0
 _SQUARE = np.ones((3, 3), bool)
 _STEPS_OUT = (1.0, 1.5, 0.6, 2.2, 3.0)
 
@@ -164,20 +168,12 @@ class Outlines:
         # The rest of a pixel may belong to the union as well, if it is one of its cores that lies beside.
         rest = cores[regions.other[window]] & ndimage.binary_dilation(inside, _SQUARE)
         share = regions.share[window]
-        soft = np.where(
-            inside,
-            np.where(rest, 1.0, np.maximum(share, 0.5001)),
-            np.where(rest, np.minimum(1 - share, 0.4999), 0.0),
-        )
-        from skimage.measure import find_contours
-
-        found = []
-        for contour in find_contours(np.pad(soft, 2), 0.5):
-            points = contour[:-1, ::-1] + (left - 1.5, top - 1.5)
-            if len(points) >= 4:
-                found.append(self._labelled(_resampled(points), inside_of))
+        cover = np.where(inside, np.where(rest, 1.0, share), np.where(rest, 1 - share, 0.0))
+        soft = np.where(inside, np.maximum(cover, 0.5001), np.minimum(cover, 0.4999))
+        origin = np.array((left, top), dtype=np.float64)
+        found = [self._labelled(origin + points, inside_of) for points in edge_polylines(soft, cover)]
         found.sort(key=lambda contour: -abs(contour.area))
-        return found
+        return found[:1] + [contour for contour in found[1:] if abs(contour.area) >= LEAST_AREA]
 
     def _labelled(self, points: FloatArray, inside_of: BoolArray) -> Contour:
         """Run the outline one way round, and look what lies across each point."""
@@ -242,14 +238,6 @@ def _direction(junction: FloatArray, points: FloatArray) -> FloatArray | None:
 def _angle(a: FloatArray | None, b: FloatArray | None) -> float:
     assert a is not None and b is not None
     return float(np.arccos(np.clip(a @ b, -1, 1)))
-
-
-def _resampled(points: FloatArray) -> FloatArray:
-    """Return points at even steps of about 1 px along a closed polyline, eight at least."""
-    closed = np.concatenate([points, points[:1]])
-    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    samples = np.linspace(0, lengths[-1], max(8, round(lengths[-1])), endpoint=False)
-    return np.stack([np.interp(samples, lengths, closed[:, axis]) for axis in (0, 1)], axis=1)
 
 
 def _cleaned(across: IntArray) -> IntArray:

@@ -16,14 +16,17 @@ from numpy.typing import NDArray
 
 from livecl.layering.structure.completion import SHORTEST_GAP, completed, joined
 from livecl.layering.structure.contours import AFTER, BEFORE, OWN, Contour, Outlines
-from livecl.layering.structure.flat import SAME_COLOR
 from livecl.layering.structure.prices import Prices, outline_price, signed_area
 
 FloatArray = NDArray[np.float64]
 Pairs = dict[tuple[int, int], float]
 
+#: Largest difference of any channel of two regions of one colour.
+SAME_COLOR = 1.5 / 255
 #: Share that what is seen through holes has of what has them: more, and it belongs to what lies around.
 THROUGH_HOLES, GROUND_THROUGH_HOLES, PANES = 0.3, 0.2, 0.4
+#: Share of the outline of what is seen between several regions that faces those at the ground.
+GROUND_AROUND = 0.7
 #: Holes of a lattice, and their share of it from which on one sees through.
 LATTICE, THROUGH_LATTICE = 5, 0.15
 #: Width of strokes, as a share of the side of what they surround, up to which one sees through.
@@ -42,7 +45,8 @@ class Screen:
 
 def same_color(outlines: Outlines, a: int, b: int) -> bool:
     """Whether two regions have one colour."""
-    return outlines.regions.alike(a, b)
+    colors = outlines.regions.colors
+    return bool(np.abs(colors[a] - colors[b]).max() <= SAME_COLOR)
 
 
 def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
@@ -51,13 +55,17 @@ def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
     edge = np.concatenate([regions.labels[0], regions.labels[-1], regions.labels[:, 0], regions.labels[:, -1]])
     alike = np.abs(regions.colors - ground).max(axis=1) <= SAME_COLOR
     found = {int(k) for k in np.unique(edge) if alike[k]}
-    for k in np.flatnonzero(alike).tolist():
-        around = [o for o in np.unique(outlines.outer(k).across).tolist() if o >= 0]
-        if k in found or not all(found & set(outlines.outer(o).across.tolist()) for o in around):
+    inner = [k for k in np.flatnonzero(alike).tolist() if k not in found]
+    facing = {k: {o: n for o, n in _facing(outlines.outer(k)).items() if o >= 0} for k in inner}
+    touching = {o for k in inner for o in facing[k] if found & set(outlines.outer(o).across.tolist())}
+    for k in inner:
+        if sum(n for o, n in facing[k].items() if o in touching) < GROUND_AROUND * sum(facing[k].values()):
             continue
-        filled = abs(outlines.outer(around[0]).area) if len(around) == 1 else 0.0
-        if len(around) > 1 or (around and regions.sizes[k] > GROUND_THROUGH_HOLES * filled):
-            found = found | {k}
+        around = next(iter(facing[k]), None)
+        if len(facing[k]) > 1 or (
+            around is not None and regions.sizes[k] > GROUND_THROUGH_HOLES * abs(outlines.outer(around).area)
+        ):
+            found.add(k)
     return found
 
 
@@ -245,3 +253,9 @@ def _hull(points: FloatArray) -> FloatArray | None:
         return np.asarray(ConvexHull(points).equations)
     except QhullError:
         return None
+
+
+def _facing(contour: Contour) -> dict[int, int]:
+    """Return the regions across a contour, with the number of points that face each."""
+    across, counts = np.unique(contour.across, return_counts=True)
+    return dict(zip(across.tolist(), counts.tolist(), strict=True))

@@ -30,6 +30,8 @@ class Prices:
         One corner more, beside its turning.
     hidden : float
         Hidden area as large as what is seen.
+    primitive : float
+        What a circle or an ellipse costs less than its turning.
     saving : float
         Least saving for which a shape is changed.
     sure : float
@@ -50,6 +52,7 @@ class Prices:
     layer: float = 1.5
     corner: float = 0.5
     hidden: float = 0.3
+    primitive: float = 0.5
     saving: float = 0.2
     sure: float = 0.25
     hull: float = 0.7

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import html
 import io
 import math
@@ -16,12 +17,22 @@ from PIL import Image
 
 from livecl.drawing.colors import format_rgb
 from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import KINDS, LINEAR, RADIAL
 from livecl.drawing.labels import layer_labels
 from livecl.run.result import Stage
+from livecl.svg.servers import format_gradient
+from livecl.svg.writer import quantize
 from livecl.views.sheet import count_of
 
 #: Decimals of coordinates in the page, px: of the finished drawing as it is saved, and of the stages' drawings.
 PRECISION, STAGE_PRECISION = 3, 2
+#: Beginning of the ids of the finished drawing's gradients.
+PREFIX = "fill"
+#: Element and extent of a swatch's gradient, by the kind of fill.
+SWATCHES = {
+    LINEAR: ("linearGradient", 'x1="0" y1="0" x2="1" y2="0"'),
+    RADIAL: ("radialGradient", 'cx=".5" cy=".5" r=".707" gradientTransform="scale(1)"'),
+}
 
 
 def text(value: object) -> str:
@@ -49,38 +60,69 @@ def png_uri(pixels: NDArray[Any], palette: NDArray[np.uint8] | None = None) -> s
     return f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode('ascii')}"
 
 
-def drawing_svg(drawing: Drawing, precision: int, attributes: str = "", *, facts: bool = False) -> str:
-    """Return a drawing as an ``<svg>`` element without ids; its paths are ``M``, ``C`` and ``Z`` in absolute numbers.
+def drawing_svg(
+    drawing: Drawing, precision: int, attributes: str = "", *, facts: bool = False, prefix: str = ""
+) -> str:
+    """Return a drawing as an ``<svg>`` element; its paths are ``M``, ``C`` and ``Z`` in absolute numbers.
 
-    With `facts`, each path says in ``data-facts`` what its layer is called and how it is filled.
+    With `facts`, each path says in ``data-facts`` what its layer is called and how it is filled. Only gradients have
+    ids, which begin with `prefix`, or with a digest of the gradients where none is given, as a page may hold many.
     """
     height, width = drawing.size
     ground = ""
     if drawing.background is not None:
         ground = f'<rect class="ground" width="{width}" height="{height}" fill="{format_rgb(drawing.background)}"/>'
+    saved = quantize(drawing, precision)
+    if not prefix:
+        digest = hashlib.sha256(
+            b"".join(array.tobytes() for array in vars(saved.fills).values() if isinstance(array, np.ndarray))
+        )
+        prefix = f"fill-{digest.hexdigest()[:12]}"
+    gradients = {layer: f"{prefix}-{layer}" for layer in saved.fills.gradient_layers.tolist()}
+    elements = "".join(format_gradient(saved, layer, name, precision) for layer, name in gradients.items())
+    definitions = f"<defs>{elements}</defs>" if elements else ""
     paths = []
     labels = layer_labels(drawing) if facts else ("",) * drawing.num_layers
-    for layer, (label, rgba) in enumerate(zip(labels, drawing.colors, strict=True)):
-        opacity = f' fill-opacity="{number(rgba[3], 5)}"' if rgba[3] < 1 else ""
-        said = f' data-facts="{text(f"{label} · {fill_of(rgba)}")}"' if facts else ""
-        paths.append(f'<path fill="{format_rgb(rgba)}"{opacity}{said} d="{_path_data(drawing, layer, precision)}"/>')
+    for layer, label in enumerate(labels):
+        paint = f'fill="url(#{gradients[layer]})"' if layer in gradients else solid_paint(saved.colors[layer])
+        said = f' data-facts="{text(f"{label} · {fill_of(saved, layer)}")}"' if facts else ""
+        paths.append(f'<path {paint}{said} d="{_path_data(drawing, layer, precision)}"/>')
     return (
-        f'<svg viewBox="0 0 {width} {height}" {attributes}>{ground}'
+        f'<svg viewBox="0 0 {width} {height}" {attributes}>{definitions}{ground}'
         f'<g class="layers">{"".join(paths)}</g><g class="overlay"></g></svg>'
     )
 
 
-def fill_of(rgba: NDArray[np.float64]) -> str:
-    """Return a fill in words: ``#ff8800``, with its opacity where that is below 1."""
+def solid_paint(rgba: NDArray[np.float64]) -> str:
+    """Return a colour as the attributes of SVG."""
+    return f'fill="{format_rgb(rgba)}"' + (f' fill-opacity="{number(rgba[3], 5)}"' if rgba[3] < 1 else "")
+
+
+def fill_of(drawing: Drawing, layer: int) -> str:
+    """Return a layer's fill in words: ``#ff8800``, with its opacity where that is below 1; or a gradient's stops."""
+    fills = drawing.fills
+    if not fills.kinds[layer]:
+        return color_of(drawing.colors[layer])
+    stops = " to ".join(color_of(rgba) for rgba in fills.stop_colors[fills.stops(layer)])
+    return f"{KINDS[fills.kinds[layer]]}, {stops}"
+
+
+def color_of(rgba: NDArray[np.float64]) -> str:
+    """Return a colour in words: ``#ff8800``, with its opacity where that is below 1."""
     return format_rgb(rgba) + (f" at {100 * rgba[3]:.3g} %" if rgba[3] < 1 else "")
 
 
-def swatch(rgba: NDArray[np.float64]) -> str:
-    """Return a small square of a colour."""
-    return (
-        '<svg class="swatch" aria-hidden="true"><rect width="100%" height="100%" '
-        f'fill="{format_rgb(rgba)}" fill-opacity="{number(rgba[3], 3)}"/></svg>'
-    )
+def swatch(drawing: Drawing, layer: int) -> str:
+    """Return a small square of a layer's fill; a gradient goes across it, or from its middle to its corners.
+
+    The stops are those of the page's own drawing of the layer, whose prefix is `PREFIX`.
+    """
+    paint, definition = solid_paint(drawing.colors[layer]), ""
+    if kind := drawing.fills.kinds[layer]:
+        own = f'id="swatch-{layer}" href="#{PREFIX}-{layer}" gradientUnits="objectBoundingBox"'
+        definition = f"<{SWATCHES[kind][0]} {own} {SWATCHES[kind][1]}/>"
+        paint = f'fill="url(#swatch-{layer})"'
+    return f'<svg class="swatch" aria-hidden="true">{definition}<rect width="100%" height="100%" {paint}/></svg>'
 
 
 def table(head: Sequence[str], rows: Iterable[tuple[str, Sequence[str]]], attributes: str) -> str:
@@ -119,7 +161,9 @@ def stage_strip(stages: Sequence[Stage], differences: Sequence[str]) -> str:
     items = []
     for index, (stage, difference) in enumerate(zip(stages, differences, strict=True), start=1):
         paths, error = count_of(stage.paths, "path"), f"MSE {stage.mse:.3g}"
-        picture = drawing_svg(stage.drawing, STAGE_PRECISION, 'aria-hidden="true"', facts=True)
+        picture = drawing_svg(
+            stage.drawing, STAGE_PRECISION, 'aria-hidden="true"', facts=True, prefix=f"{PREFIX}-stage-{index}"
+        )
         items.append(
             f'<li><a href="#stage={index}" data-facts="{paths}, {error}" data-difference="{difference}" '
             f'aria-label="Stage {index}: {paths}, {error}">{picture}{paths}<br>{error}</a></li>'

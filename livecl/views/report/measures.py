@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.image.resizing import scaled, working_size
 from livecl.layering.contributions import layer_alphas, removal_changes, visible_shares
 from livecl.views.report.markup import png_uri
@@ -42,6 +43,9 @@ class LayerFacts:
         The same as a share of the canvas, 0 to 1.
     removed : float
         By how much the mean squared error would rise without it.
+    gradient : float or None
+        By how much the mean squared error would rise if the layer had the best single colour, of its mean opacity; None
+        where it is solid.
     num_bytes : int
         Length of its ``<path>`` element in the saved SVG.
     num_nodes : int
@@ -51,6 +55,7 @@ class LayerFacts:
     area: float
     area_share: float
     removed: float
+    gradient: float | None
     num_bytes: int
     num_nodes: int
 
@@ -74,22 +79,68 @@ def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rast
         return []
     smaller = scaled(drawing, (target.shape[0], target.shape[1]))
     alphas = layer_alphas(smaller, rasterizer)
-    removed = removal_changes(smaller, alphas, target)
-    shares = visible_shares(alphas).mean(axis=(1, 2), dtype=np.float64)
-    elements = re.findall(r"<path\b[^>]*?(?:/>|>.*?</path>)", svg, flags=re.DOTALL)
+    removed = _removed(smaller, alphas, target, rasterizer)
+    visible = visible_shares(alphas)
+    gradients = gradient_gains(smaller, visible, target, rasterizer)
+    shares = visible.mean(axis=(1, 2), dtype=np.float64)
+    elements = re.findall(
+        r"<(?:path|circle|ellipse|rect)\b(?! id=\"background\")[^>]*?(?:/>|>.*?</\w+>)", svg, flags=re.DOTALL
+    )
     area = drawing.size[0] * drawing.size[1]
     return [
         LayerFacts(
             area=float(share) * area,
             area_share=float(share),
             removed=float(change),
+            gradient=gradients.get(layer),
             num_bytes=len(element.encode()),
             num_nodes=int(nodes),
         )
-        for share, change, element, nodes in zip(
-            shares, removed, elements, np.diff(drawing.segment_offsets), strict=True
+        for layer, (share, change, element, nodes) in enumerate(
+            zip(shares, removed, elements, np.diff(drawing.segment_offsets), strict=True)
         )
     ]
+
+
+def _removed(drawing: Drawing, alphas: FloatArray, target: FloatArray, rasterizer: Rasterizer) -> list[float]:
+    """Return by how much the mean squared error would rise without each layer, gradients as they are."""
+    if not drawing.fills.any_gradients:
+        return removal_changes(drawing, alphas, target).tolist()
+    error = _mse(rasterizer.forward(drawing), target)
+    every = np.arange(drawing.num_layers)
+    return [_mse(rasterizer.forward(drawing.layer_subset(every != k)), target) - error for k in every]
+
+
+def _mse(picture: FloatArray, target: FloatArray) -> float:
+    """Return the mean squared difference of two pictures."""
+    return float(np.mean(np.square(picture - target, dtype=np.float64)))
+
+
+def gradient_gains(
+    drawing: Drawing, visible: FloatArray, target: FloatArray, rasterizer: Rasterizer
+) -> dict[int, float]:
+    """Return by how much the mean squared error would rise if one gradient were the best single colour, by layer.
+
+    With the layer in black, of its mean opacity, the picture is B; with s its share of a pixel's colour
+    (`visible`, (N, H, W)), in colour c it is B + s c, and the best c is ``sum s (T - B) / sum s^2``.
+    """
+    error = _mse(rasterizer.forward(drawing), target)
+    gains = {}
+    for layer in drawing.fills.gradient_layers.tolist():
+        black = rasterizer.forward(with_solid(drawing, layer, np.zeros(3)))
+        share, missing = visible[layer].astype(np.float64), (target - black)[..., :3].astype(np.float64)
+        color = np.clip(np.tensordot(share, missing) / max(float(np.sum(share**2)), 1e-12), 0, 1)
+        solid = rasterizer.forward(with_solid(drawing, layer, color))
+        gains[layer] = _mse(solid, target) - error
+    return gains
+
+
+def with_solid(drawing: Drawing, layer: int, rgb: NDArray[np.float64]) -> Drawing:
+    """Return the drawing with one layer in one colour, RGB in [0, 1], of its mean opacity."""
+    colors = drawing.colors.copy()
+    colors[layer, :3] = rgb
+    fills = [Fills.solid(1) if k == layer else drawing.fills.subset([k]) for k in range(drawing.num_layers)]
+    return drawing.replace(colors=colors, fills=concatenate_fills(fills))
 
 
 def page_size(drawing: Drawing) -> tuple[int, int]:

@@ -66,6 +66,19 @@
     }
   }
 
+  // A gradient in a swatch has the layer's stops, and goes across the square or from its middle to its corners.
+  function swatchGradient(path, square) {
+    const [, id] = path.getAttribute("fill").match(/^url\(#(.*)\)$/) || [];
+    if (!id) return [];
+    const own = document.getElementById(id).cloneNode(true);
+    const places = own.localName === "linearGradient"
+      ? { x1: 0, y1: 0, x2: 1, y2: 0 } : { cx: 0.5, cy: 0.5, r: 0.707, gradientTransform: "scale(1)" };
+    const attributes = { id: "swatch-lit", gradientUnits: "objectBoundingBox", ...places };
+    for (const name of Object.keys(attributes)) own.setAttribute(name, attributes[name]);
+    square.setAttribute("fill", "url(#swatch-lit)");
+    return [own];
+  }
+
   function describe() {
     facts.replaceChildren();
     if (state.lit < 0) return facts.append(HINT);
@@ -77,7 +90,7 @@
     square.setAttribute("fill", path.getAttribute("fill"));
     square.setAttribute("fill-opacity", path.getAttribute("fill-opacity") || "1");
     swatch.setAttribute("aria-hidden", "true");
-    swatch.append(square);
+    swatch.append(...swatchGradient(path, square), square);
     facts.append(swatch, row ? ` ${row.dataset.facts}` : ` ${path.dataset.facts} after stage ${state.stage}`);
   }
 

@@ -113,6 +113,7 @@ def format_report(
             result.drawing,
             markup.PRECISION,
             f'id="drawing" role="img" aria-label="{markup.text(f"Drawing of {title}")}"',
+            prefix=markup.PREFIX,
         ),
         difference=_img(pictures[-1], difference_alt, size, 'id="difference"'),
         gain=gain,

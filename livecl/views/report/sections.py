@@ -13,6 +13,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.drawing.labels import layer_labels
 from livecl.options import Options
 from livecl.run.result import Result
+from livecl.svg.writer import quantize
 from livecl.version import __version__
 from livecl.views.report import markup
 from livecl.views.report.measures import LayerFacts
@@ -26,26 +27,29 @@ def layer_section(drawing: Drawing, facts: Sequence[LayerFacts]) -> str:
     if not facts:
         return "<p>The drawing has no layers.</p>"
     rows = []
-    for label, rgba, stage, fact in zip(layer_labels(drawing), drawing.colors, drawing.stages, facts, strict=True):
-        fill = markup.fill_of(rgba)
+    shown = quantize(drawing, markup.PRECISION)
+    for layer, (label, stage, fact) in enumerate(zip(layer_labels(drawing), drawing.stages, facts, strict=True)):
+        fill = markup.fill_of(shown, layer)
+        worth = "" if fact.gradient is None else f" (one colour instead: {fact.gradient:+.3g})"
         area, share = f"{fact.area:.0f}", f"{100 * fact.area_share:.1f} %"
         said = (
-            f"{label} · {fill} · visible {area} px, {share} · "
+            f"{label} · {fill}{worth} · visible {area} px, {share} · "
             f"removes an error of {fact.removed:.3g} · "
             f"{fact.num_nodes} nodes, {fact.num_bytes} bytes"
         )
         cells = [
-            f'{markup.swatch(rgba)} <button type="button">{markup.text(label)}</button>',
+            f'{markup.swatch(shown, layer)} <button type="button">{markup.text(label)}</button>',
             markup.text(fill),
             area,
             share,
             f"{fact.removed:.3g}",
+            "" if fact.gradient is None else f"{fact.gradient:.3g}",
             str(fact.num_nodes),
             str(fact.num_bytes),
             str(stage + 1),
         ]
         rows.append((f' data-facts="{markup.text(said)}"', cells))
-    head = ("Layer", "Fill", "Visible, px", "Visible", "Error removed", "Nodes", "Bytes", "Stage")
+    head = ("Layer", "Fill", "Visible, px", "Visible", "Error removed", "By its gradient", "Nodes", "Bytes", "Stage")
     listed = markup.table(head, rows[::-1], 'id="layers"')
     return f'<div class="scroll">{listed}</div>'
 

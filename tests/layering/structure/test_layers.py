@@ -76,6 +76,19 @@ def test_a_disc_behind_a_disc_is_whole() -> None:
     check(picture(*layers), *layers)
 
 
+def test_a_disc_of_which_a_third_of_the_rim_is_seen_is_whole() -> None:
+    layers = (disc(48, 40, 26), RED), (box(10, 26, 86, 86), BLUE)
+    check(picture(*layers), *layers)
+
+
+def test_the_ground_is_seen_between_two_arms_that_meet_on_a_third() -> None:
+    arms = (box(10, 60, 86, 80), RED), (box(14, 20, 26, 64), BLUE), (box(26, 20, 70, 30), GREEN)
+    last = (box(60, 30, 70, 61), YELLOW)
+    speck = (box(26, 56, 31, 60), GREY)  # touches no ground outside
+    layers = found(picture(*arms, last, speck))
+    assert len(layers) == 5 and all(np.abs(color - WHITE).max() > 0.02 for _, color in layers)
+
+
 def test_what_lies_on_a_disc_makes_no_hole_in_it() -> None:
     layers = (disc(48, 48, 34), YELLOW), (disc(40, 44, 8), BLUE), (disc(60, 50, 7), RED)
     assert len(found(picture(*layers))) == 3

@@ -1,0 +1,303 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Refine a path along an outline: smooth joins, lines that stay lines, least squared distance (Gauss-Newton).
+
+Control points follow from fewer numbers: anchors; the direction of a smooth join, which the line beside it gives where
+there is one; lengths of handles; both coordinates of handles at corners. Distances are measured across the path, and
+the parameters of the outline's points are corrected by Newton's method between the steps.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.geometry.bezier import bernstein
+from livecl.geometry.simplest import Course, Draft
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Steps; how far a number is drawn to its value before, beside a point's weight of 1 for each px, and by how much more
+#: after a step that was none for the better (Levenberg); shortest handle, as a share of the distance between the
+#: anchors, and longest, as one of the outline's length between them: that of three quarters of a circle is 0.68.
+STEPS, RIDGE, STIFFER, SHORTEST, LONGEST = 6, 0.02, 16.0, 0.05, 1.0
+#: Share of the error before from which on a step has not gained anything worth another.
+SETTLED = 0.97
+#: Cosine of the largest angle between two directions that are made one, and length, px, up to which a line gives none.
+SMOOTH, SHORT = 0.9, 4.0
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Refined:
+    """A path with smooth joins along an outline.
+
+    Attributes
+    ----------
+    cubics : (S, 4, 2) float64
+        Control points.
+    error : float
+        Integral of the squared distance along the outline, px^3.
+    errors : (S,) float64
+        What each segment has of it.
+    smooth : (S,) bool
+        Whether the join at the begin of each segment is smooth.
+    """
+
+    cubics: FloatArray
+    error: float
+    errors: FloatArray
+    smooth: NDArray[np.bool_]
+
+
+def refined(course: Course, draft: Draft, steps: int = STEPS) -> Refined:
+    """Make a draft smooth, and fit it to the outline."""
+    points, places = course.outline.points, course.lengths[:-1]
+    sizes = np.diff(course.lengths)
+    weights = (sizes + np.roll(sizes, 1)) / 2
+    weights[course.outline.corners] = 0
+    reach = (np.roll(draft.places, -1) - draft.places) % course.total
+    reach[reach == 0] = course.total
+    order = np.argsort(draft.places)
+    owner = order[np.searchsorted(draft.places[order], places, side="right") - 1]
+    t = np.clip(((places - draft.places[owner]) % course.total) / np.maximum(reach[owner], 1e-9), 0, 1)
+    chain = _Chain.of(draft, reach)
+    ridge = RIDGE
+    cubics = chain.cubics()
+    owner, t = _reparametrized(cubics, points, owner, t)
+    misses, basis, normal = _misses(cubics, points, owner, t)
+    error = float((weights * misses**2).sum())
+    for _ in range(steps):
+        rows = (basis[:, :, None] * normal[:, None, :]).reshape(len(t), 8)
+        moved = chain.stepped(owner, rows * np.sqrt(weights)[:, None], misses * np.sqrt(weights), ridge)
+        trial = moved.cubics()
+        found = _reparametrized(trial, points, owner, t)
+        measured = _misses(trial, points, *found)
+        after = float((weights * measured[0] ** 2).sum())
+        if after >= error:
+            ridge *= STIFFER
+            continue
+        settled = after > SETTLED * error
+        chain, cubics, error = moved, trial, after
+        (owner, t), (misses, basis, normal) = found, measured
+        if settled:
+            break
+    own = np.asarray(np.bincount(owner, weights * misses**2, len(cubics)), dtype=np.float64)
+    return Refined(cubics, error, own, chain.smooth)
+
+
+def _reparametrized(
+    cubics: FloatArray, points: FloatArray, owner: IntArray, t: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """One Newton step towards the nearest parameter; beyond its ends a point goes on to the next segment."""
+    for _ in range(2):
+        own = cubics[owner]
+        u = 1 - t
+        at = np.einsum("nk,nkd->nd", bernstein(t), own)
+        steps = np.diff(own, axis=1)
+        first = 3 * ((u**2)[:, None] * steps[:, 0] + (2 * u * t)[:, None] * steps[:, 1] + (t**2)[:, None] * steps[:, 2])
+        bends = np.diff(steps, axis=1)
+        second = 6 * (u[:, None] * bends[:, 0] + t[:, None] * bends[:, 1])
+        away = at - points
+        slope = (first**2).sum(axis=1) + np.maximum((away * second).sum(axis=1), 0)
+        t = t - np.clip((away * first).sum(axis=1) / np.maximum(slope, 1e-9), -0.3, 0.3)
+        after, before = t > 1, t < 0
+        owner = (owner + after - before) % len(cubics)
+        t = np.clip(np.where(after, t - 1, np.where(before, 1 + t, t)), 0, 1)
+    return owner, t
+
+
+def _misses(
+    cubics: FloatArray, points: FloatArray, owner: IntArray, t: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return distances across the path (n,), Bernstein weights (n, 4) and normals (n, 2)."""
+    own, basis = cubics[owner], bernstein(t)
+    steps = np.diff(own, axis=1)
+    u = 1 - t
+    way = (u**2)[:, None] * steps[:, 0] + (2 * u * t)[:, None] * steps[:, 1] + (t**2)[:, None] * steps[:, 2]
+    normal = np.stack([-way[:, 1], way[:, 0]], axis=1) / np.maximum(np.hypot(*way.T), 1e-9)[:, None]
+    away = np.einsum("nk,nkd->nd", basis, own) - points
+    return (away * normal).sum(axis=1), basis, normal
+
+
+@dataclasses.dataclass(eq=False)
+class _Chain:
+    """The numbers that a path follows from.
+
+    Attributes
+    ----------
+    anchors : (S, 2)
+        Where segments begin.
+    straight : (S,) bool
+        Segments that are lines.
+    smooth : (S,) bool
+        Anchors at which both directions are one.
+    ways : (S, 2)
+        Unit direction at smooth anchors.
+    out, back : (S,)
+        Lengths of the handles after and before smooth anchors.
+    free_out, free_back : (S, 2)
+        Handles after and before the other anchors, from the anchor.
+    reach : (S,)
+        Lengths of the segments.
+    """
+
+    anchors: FloatArray
+    straight: NDArray[np.bool_]
+    smooth: NDArray[np.bool_]
+    ways: FloatArray
+    out: FloatArray
+    back: FloatArray
+    free_out: FloatArray
+    free_back: FloatArray
+    reach: FloatArray
+
+    @classmethod
+    def of(cls, draft: Draft, reach: FloatArray) -> _Chain:
+        cubics, straight = draft.cubics, draft.straight
+        before = np.roll(straight, 1)
+        out, back = cubics[:, 1] - cubics[:, 0], np.roll(cubics[:, 3] - cubics[:, 2], 1, axis=0)
+        long_out, long_back = np.hypot(*out.T), np.hypot(*back.T)
+        unit_out, unit_back = _units(out), _units(back)
+        short = reach < SHORT
+        tied_to_short = (straight & short) | (before & np.roll(short, 1))
+        smooth = ~draft.corners & ~(straight & before) & ~tied_to_short & ((unit_out * unit_back).sum(axis=1) > SMOOTH)
+        weight_out = np.where(straight, 1e3, long_out)[:, None]
+        weight_back = np.where(before, 1e3, long_back)[:, None]
+        ways = _units(weight_out * unit_out + weight_back * unit_back)
+        chain = cls(cubics[:, 0].copy(), straight, smooth, ways, long_out, long_back, out, back, reach)
+        chain._bound()
+        return chain
+
+    def _bound(self) -> None:
+        """Turn directions along lines, and keep handles from vanishing and from overshooting."""
+        ahead = np.roll(self.anchors, -1, axis=0) - self.anchors
+        least, most = SHORTEST * np.hypot(*ahead.T), LONGEST * self.reach
+        for lines, way in ((self.straight, ahead), (np.roll(self.straight, 1), np.roll(ahead, 1, axis=0))):
+            tied = self.smooth & lines
+            self.ways[tied] = _units(way[tied])
+        self.out = np.clip(self.out, least, most)
+        self.back = np.clip(self.back, np.roll(least, 1), np.roll(most, 1))
+
+    def cubics(self) -> FloatArray:
+        """Return the control points (S, 4, 2)."""
+        end = np.roll(self.anchors, -1, axis=0)
+        smooth = self.smooth[:, None]
+        out = np.where(smooth, self.out[:, None] * self.ways, self.free_out)
+        back = np.roll(np.where(smooth, self.back[:, None] * self.ways, self.free_back), -1, axis=0)
+        lines = self.straight[:, None]
+        first = np.where(lines, (2 * self.anchors + end) / 3, self.anchors + out)
+        second = np.where(lines, (self.anchors + 2 * end) / 3, end - back)
+        return np.stack([self.anchors, first, second, end], axis=1)
+
+    def stepped(self, owner: IntArray, rows: FloatArray, misses: FloatArray, ridge: float) -> _Chain:
+        """Return the chain after a Gauss-Newton step, in which rows (n, 8) @ control points lessen the misses (n,)."""
+        count = len(self.anchors)
+        order = np.argsort(owner, kind="stable")
+        rows, misses, owner = rows[order], misses[order], owner[order]
+        present, first = np.unique(owner, return_index=True)
+        gram, right = np.zeros((count, 8, 8)), np.zeros((count, 8))
+        gram[present] = np.add.reduceat(rows[:, :, None] * rows[:, None, :], first)
+        right[present] = np.add.reduceat(rows * misses[:, None], first)
+        columns = self._columns
+        total = columns["total"]
+        jacobian = np.zeros((count * 8, total + 1))
+        self._fill(jacobian, columns)
+        jacobian = jacobian[:, :total]
+        weighted = (gram @ jacobian.reshape(count, 8, total)).reshape(count * 8, total)
+        left = jacobian.T @ weighted
+        scale = np.ones(total)
+        turns = columns["way"][columns["way"] < total]
+        scale[turns] = np.maximum(self.out, self.back)[columns["way"] < total] ** 2
+        left[np.arange(total), np.arange(total)] += ridge * scale
+        change = np.append(np.linalg.solve(left, -jacobian.T @ right.ravel()), 0.0)
+        return self._moved(change, columns)
+
+    @functools.cached_property
+    def _columns(self) -> dict[str, Any]:
+        """Number the unknowns; `total` stands for none."""
+        count = len(self.anchors)
+        before = np.roll(self.straight, 1)
+        wanted = {
+            "x": np.ones(count, bool),
+            "y": np.ones(count, bool),
+            "way": self.smooth & ~self.straight & ~before,
+            "out": ~self.straight,
+            "out_y": ~self.straight & ~self.smooth,
+            "back": ~before,
+            "back_y": ~before & ~self.smooth,
+        }
+        columns: dict[str, Any] = {}
+        total = 0
+        for name, mask in wanted.items():
+            columns[name] = np.where(mask, total + np.cumsum(mask) - 1, -1)
+            total += int(mask.sum())
+        for name in wanted:
+            columns[name][columns[name] < 0] = total
+        columns["total"] = total
+        return columns
+
+    def _fill(self, jacobian: FloatArray, c: dict[str, Any]) -> None:
+        """Derivatives of the control points by the unknowns."""
+        count = len(self.anchors)
+        j = np.arange(count)
+        nxt = (j + 1) % count
+        for axis, name in enumerate(("x", "y")):
+            jacobian[8 * j + axis, c[name]] += 1
+            jacobian[8 * j + 6 + axis, c[name][nxt]] += 1
+            line = self.straight
+            for row, own in ((2, np.where(line, 2 / 3, 1.0)), (4, np.where(line, 1 / 3, 0.0))):
+                jacobian[8 * j + row + axis, c[name]] += own
+                jacobian[8 * j + row + axis, c[name][nxt]] += 1 - own
+        # handles after the anchors, in the rows of their own segments, and before them in those of the segments before
+        prev = (j - 1) % count
+        for rows, sign, kind, lengths, lines in (
+            (8 * j + 2, 1, "out", self.out, self.straight),
+            (8 * prev + 4, -1, "back", self.back, np.roll(self.straight, 1)),
+        ):
+            curved = ~lines
+            smooth, free = curved & self.smooth, curved & ~self.smooth
+            turned = np.stack([-self.ways[:, 1], self.ways[:, 0]], axis=1)
+            for axis in (0, 1):
+                at = rows + axis
+                np.add.at(jacobian, (at[smooth], c[kind][smooth]), sign * self.ways[smooth, axis])
+                np.add.at(jacobian, (at[smooth], c["way"][smooth]), (sign * lengths * turned[:, axis])[smooth])
+                np.add.at(jacobian, (at[free], c[kind if axis == 0 else kind + "_y"][free]), float(sign))
+            # A direction that a line gives turns with the line's ends.
+            for tied, a, b in (
+                (smooth & np.roll(self.straight, 1), j, prev),
+                (smooth & self.straight, nxt, j),
+            ):
+                reach = np.maximum(np.hypot(*(self.anchors[a] - self.anchors[b]).T), 1e-9)
+                for axis in (0, 1):
+                    for other, name in enumerate(("x", "y")):
+                        value = sign * lengths * turned[:, axis] * turned[:, other] / reach
+                        np.add.at(jacobian, ((rows + axis)[tied], c[name][a][tied]), value[tied])
+                        np.add.at(jacobian, ((rows + axis)[tied], c[name][b][tied]), -value[tied])
+
+    def _moved(self, change: FloatArray, c: dict[str, Any]) -> _Chain:
+        """Return the chain with its numbers changed."""
+        turn = np.clip(change[c["way"]], -0.5, 0.5)[:, None]
+        turned = np.stack([-self.ways[:, 1], self.ways[:, 0]], axis=1)
+        smooth = self.smooth[:, None]
+        free = (np.where(smooth, 0, np.stack([change[c[k]], change[c[k + "_y"]]], axis=1)) for k in ("out", "back"))
+        free_out, free_back = free
+        moved = dataclasses.replace(
+            self,
+            anchors=self.anchors + np.stack([change[c["x"]], change[c["y"]]], axis=1),
+            ways=np.cos(turn) * self.ways + np.sin(turn) * turned,
+            out=self.out + np.where(self.smooth, change[c["out"]], 0),
+            back=self.back + np.where(self.smooth, change[c["back"]], 0),
+            free_out=self.free_out + free_out,
+            free_back=self.free_back + free_back,
+        )
+        moved.__dict__["_columns"] = c
+        moved._bound()
+        return moved
+
+
+def _units(vectors: FloatArray) -> FloatArray:
+    return np.asarray(vectors / np.maximum(np.hypot(*vectors.T), 1e-9)[:, None])

@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Simplest path along an outline: lines and cubics between anchors, chosen by one price for error and segments.
+
+Between two corners, dynamic programming over candidate places finds the anchors of the smallest total of squared
+distances and prices: the best path up to a place is the best up to some earlier place and one segment more. The handles
+of a segment are the least-squares fit across the outline; along it the parameter is free to first order, so that no
+reparametrization (Schneider, Graphics Gems, 1990) is needed to compare segments.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.geometry.bezier import bernstein
+from livecl.geometry.corners import Outline
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+#: Points at which a segment is compared with the outline.
+SAMPLES = 12
+#: Weight of distances along the outline in the fit of handles: it decides where those across leave them open.
+ALONG = 0.1
+#: Candidate places: one for each so many px and each so many radians by which the outline turns; px that they are
+#: apart at least; most between two corners.
+PLACE_LENGTH, PLACE_TURN, LEAST_SPACING, MOST_PLACES = 12.0, 0.2, 2.0, 56
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class SegmentPrices:
+    """Prices of segments, px^3: the integral along the outline of the squared distance that one is worth.
+
+    Attributes
+    ----------
+    line, curve : float
+        One straight segment more, and one cubic.
+    """
+
+    line: float
+    curve: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Draft:
+    """A path along an outline before its joins are made smooth.
+
+    Attributes
+    ----------
+    places : (S,) float64
+        Length along the outline, px, at which each segment begins.
+    cubics : (S, 4, 2) float64
+        Control points.
+    straight : (S,) bool
+        Segments that are lines.
+    corners : (S,) bool
+        Whether the outline has a corner where each segment begins.
+    price : float
+        Total of squared distances and prices.
+    """
+
+    places: FloatArray
+    cubics: FloatArray
+    straight: BoolArray
+    corners: BoolArray
+    price: float
+
+
+class Course:
+    """A closed outline by its length: points, and candidate places of anchors."""
+
+    def __init__(self, outline: Outline) -> None:
+        self.outline = outline
+        z = outline.points[:, 0] + 1j * outline.points[:, 1]
+        closed = np.concatenate([z, z[:1]])
+        self.lengths = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(closed)))])
+        self.total = float(self.lengths[-1])
+        self._s = np.concatenate([self.lengths[:-1], self.lengths + self.total])
+        self._z = np.concatenate([z, closed])
+        wide = np.roll(z, -2) - np.roll(z, 2)
+        turns = np.abs(np.angle(np.roll(wide, -1) / np.where(wide == 0, 1, wide)))
+        turns[outline.corners] = 0
+        self._effort = np.concatenate([[0.0], np.cumsum(turns)]) / PLACE_TURN + self.lengths / PLACE_LENGTH
+
+    def at(self, s: FloatArray) -> NDArray[np.complex128]:
+        """Return the points at lengths from 0 to twice the total."""
+        return np.asarray(np.interp(s, self._s, self._z.real) + 1j * np.interp(s, self._s, self._z.imag))
+
+    def places(self, start: float, end: float) -> FloatArray:
+        """Return candidate places from one length to another, both of them included."""
+        grid = np.concatenate([self.lengths[:-1], self.lengths + self.total])
+        effort = np.concatenate([self._effort[:-1], self._effort + self._effort[-1]])
+        first, last = np.interp([start, end], grid, effort)
+        most = min(MOST_PLACES, int((end - start) / LEAST_SPACING))
+        count = max(1, min(most, round(last - first)))
+        found = np.interp(np.linspace(first, last, count + 1), effort, grid)
+        found[0], found[-1] = start, end
+        return np.asarray(found)
+
+
+def simplest_path(course: Course, prices: SegmentPrices) -> Draft:
+    """Return the path of the smallest price along an outline; its corners are anchors."""
+    corners = course.lengths[course.outline.corners]
+    if not len(corners):
+        return _loop(course, prices)
+    ends = np.array([*corners, corners[0] + course.total])
+    whole = _Fits(course, ends[:-1], ends[1:], prices)
+    # What costs no more than two lines without error is cheapest.
+    open_ = whole.costs > 2 * prices.line
+    spans = [course.places(ends[k], ends[k + 1]) if open_[k] else ends[k : k + 2] for k in range(len(corners))]
+    pairs = [np.stack(np.triu_indices(len(span), 1)) for span in spans]
+    starts = np.concatenate([span[pair[0]] for span, pair in zip(spans, pairs, strict=True)])
+    fits = _Fits(
+        course, starts, np.concatenate([span[pair[1]] for span, pair in zip(spans, pairs, strict=True)]), prices
+    )
+    chosen, corner = [], []
+    first, price = 0, 0.0
+    for span, pair in zip(spans, pairs, strict=True):
+        numbers = np.full((len(span), len(span)), -1)
+        numbers[tuple(pair)] = first + np.arange(pair.shape[1])
+        first += pair.shape[1]
+        way, cost = _cheapest(np.where(numbers >= 0, fits.costs[numbers], np.inf))
+        segments = [int(numbers[a, b]) for a, b in itertools.pairwise(way)]
+        chosen += segments
+        corner += [True, *[False] * (len(segments) - 1)]
+        price += cost
+    return fits.draft(chosen, corner, price)
+
+
+def _loop(course: Course, prices: SegmentPrices) -> Draft:
+    """Return the simplest path of an outline without corners: from its sharpest bend, then from an anchor of that."""
+    places = course.places(0.0, course.total)[:-1]
+    while len(places) < 4:
+        places = np.linspace(0, course.total, 5)[:-1]
+    count = len(places)
+    starts, lengths = (grid.ravel() for grid in np.meshgrid(np.arange(count), np.arange(1, count), indexing="ij"))
+    ends = starts + lengths
+    fits = _Fits(course, places[starts], places[ends % count] + course.total * (ends >= count), prices)
+    table = fits.costs.reshape(count, count - 1)
+    best: tuple[float, list[int]] | None = None
+    first = int(np.argmax(table[:, max(1, count // 8) - 1]) + count // 16) % count
+    for _ in range(2):
+        a, b = np.triu_indices(count + 1, 1)
+        inner = b - a < count
+        a, b = a[inner], b[inner]
+        costs = np.full((count + 1, count + 1), np.inf)
+        costs[a, b] = table[(first + a) % count, b - a - 1]
+        way, price = _cheapest(costs)
+        numbers = [((first + i) % count) * (count - 1) + j - i - 1 for i, j in itertools.pairwise(way)]
+        if best is None or price < best[0]:
+            best = price, numbers
+        first = int((first + way[len(way) // 2]) % count)
+    assert best is not None
+    return fits.draft(best[1], [False] * len(best[1]), best[0])
+
+
+def without_anchors(course: Course, draft: Draft, prices: SegmentPrices) -> list[tuple[float, float, Draft]]:
+    """Return the place of each anchor but corners, the rise of the price without it, the least first, and that path."""
+    count = len(draft.places)
+    if count < 3:
+        return []
+    numbers = np.flatnonzero(~draft.corners)
+    before, after = (numbers - 1) % count, (numbers + 1) % count
+    starts = draft.places[before]
+    ends = starts + (draft.places[after] - starts) % course.total
+    fits = _Fits(course, starts, ends, prices)
+    own_ends = draft.places + (np.roll(draft.places, -1) - draft.places) % course.total
+    own = _Fits(course, draft.places, own_ends, prices).costs
+    rises = fits.costs - own[before] - own[numbers]
+    found = []
+    for i in np.argsort(rises, kind="stable"):
+        if not np.isfinite(rises[i]):
+            break
+        one = fits.draft([int(i)], [False], 0.0)
+        cubics, straight = draft.cubics.copy(), draft.straight.copy()
+        cubics[before[i], 1:3], cubics[before[i], 3] = one.cubics[0, 1:3], draft.cubics[numbers[i], 3]
+        straight[before[i]] = one.straight[0]
+        kept = np.arange(count) != numbers[i]
+        less = Draft(draft.places[kept], cubics[kept], straight[kept], draft.corners[kept], draft.price + rises[i])
+        found.append((float(draft.places[numbers[i]]), float(rises[i]), less))
+    return found
+
+
+def _cheapest(costs: FloatArray) -> tuple[list[int], float]:
+    """Return the cheapest way from the first to the last place, given what each step from one to a later one costs."""
+    count = len(costs)
+    best, before = np.zeros(count), np.zeros(count, np.int64)
+    for end in range(1, count):
+        totals = best[:end] + costs[:end, end]
+        before[end] = np.argmin(totals)
+        best[end] = totals[before[end]]
+    way = [count - 1]
+    while way[-1]:
+        way.append(int(before[way[-1]]))
+    return way[::-1], float(best[-1])
+
+
+class _Fits:
+    """Lines and cubics from some lengths of an outline (Q,) to others, and what the better of both costs."""
+
+    def __init__(self, course: Course, starts: FloatArray, ends: FloatArray, prices: SegmentPrices) -> None:
+        self.starts, self._total = starts, course.total
+        t = np.concatenate([[0.0], (np.arange(SAMPLES) + 0.5) / SAMPLES, [1.0]])
+        points = course.at(starts[:, None] + (ends - starts)[:, None] * t)  # (Q, SAMPLES + 2)
+        self._ends = points[:, [0, -1]]
+        chord = self._ends[:, 1] - self._ends[:, 0]
+        size = np.maximum(np.abs(chord), 1e-9)
+        offsets = points[:, 1:-1] - self._ends[:, :1]
+        step = (ends - starts) / SAMPLES
+        along = offsets * (chord.conj() / size)[:, None]
+        beyond = along.real - np.clip(along.real, 0, size[:, None])
+        lines = step * (along.imag**2 + beyond**2).sum(axis=1) + prices.line
+        lines[np.abs(chord) < 1] = np.inf
+        way = points[:, 2:] - points[:, :-2]
+        way = way / np.maximum(np.abs(way), 1e-9)
+        weights = bernstein(t[1:-1])
+        rest = points[:, 1:-1] - self._ends @ weights[:, [0, 3]].T
+        self._handles = _handles(way, rest, weights[:, 1:3])
+        misses = self._handles @ weights[:, 1:3].T - rest
+        curves = step * ((misses * way.conj()).imag ** 2).sum(axis=1) + prices.curve
+        out, back = self._handles[:, 0] - self._ends[:, 0], self._ends[:, 1] - self._handles[:, 1]
+        turned = ((out * way[:, 0].conj()).real <= 0) | ((back * way[:, -1].conj()).real <= 0)
+        curves[turned] = np.inf
+        self._straight = lines <= curves
+        self.costs = np.minimum(lines, curves)
+
+    def draft(self, chosen: list[int], corners: list[bool], price: float) -> Draft:
+        """Return the path of some of them."""
+        ends, straight = self._ends[chosen], self._straight[chosen]
+        handles = np.where(straight[:, None], (ends @ np.array([[2, 1], [1, 2]])) / 3, self._handles[chosen])
+        z = np.stack([ends[:, 0], handles[:, 0], handles[:, 1], ends[:, 1]], axis=1)
+        cubics = np.stack([z.real, z.imag], axis=-1)
+        return Draft(self.starts[chosen] % self._total, cubics, straight, np.array(corners), price)
+
+
+def _handles(way: NDArray[np.complex128], rest: NDArray[np.complex128], weights: FloatArray) -> NDArray[np.complex128]:
+    """Return the handles (Q, 2) of the least sum of squared distances, those along the outline weighed less.
+
+    Distances `weights` @ handles - `rest` at samples (Q, S), in the metric W = ALONG^2 I + (1 - ALONG^2) n n^T with the
+    normal n of the outline: 4 x 4 normal equations.
+    """
+    nx, ny = -way.imag, way.real
+    low, more = ALONG**2, 1 - ALONG**2
+    metric = np.stack([low + more * nx * nx, more * nx * ny, low + more * ny * ny])  # (3, Q, S)
+    products = np.stack([weights[:, 0] ** 2, weights[:, 0] * weights[:, 1], weights[:, 1] ** 2])  # (3, S)
+    sums = metric @ products.T  # (3, Q, 3)
+    left = np.empty((len(way), 2, 2, 2, 2))
+    for (i, j), k in zip(((0, 0), (0, 1), (1, 1)), range(3), strict=True):
+        for (x, y), m in zip(((0, 0), (0, 1), (1, 1)), range(3), strict=True):
+            for a, b in {(i, j), (j, i)}:
+                for c, d in {(x, y), (y, x)}:
+                    left[:, a, c, b, d] = sums[m, :, k]
+    weighted = np.stack([metric[0] * rest.real + metric[1] * rest.imag, metric[1] * rest.real + metric[2] * rest.imag])
+    right = (weighted @ weights).transpose(1, 2, 0)  # (Q, handle, axis)
+    found = np.linalg.solve(left.reshape(-1, 4, 4), right.reshape(-1, 4, 1)).reshape(-1, 2, 2)
+    return np.asarray(found[..., 0] + 1j * found[..., 1])

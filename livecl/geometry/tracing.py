@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Closed paths as a person would draw them along an outline: an ellipse, or lines and curves between few anchors."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.geometry.corners import Outline, find_corners
+from livecl.geometry.crossings import CROSSING_AREA, crossing_area
+from livecl.geometry.ellipses import ellipses_of
+from livecl.geometry.refinement import STEPS, refined
+from livecl.geometry.simplest import Course, Draft, SegmentPrices, simplest_path, without_anchors
+from livecl.geometry.untangle import untangle
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class TracingPrices:
+    """What a path pays for.
+
+    Attributes
+    ----------
+    segment : float
+        One segment more, px^3: the integral of the squared distance along the outline that it is worth.
+    curve : float
+        A cubic, in straight segments.
+    noise : float
+        A segment in a noisy picture, in variances of the points across the outline (px^2, at steps of 1 px): a cubic
+        has six coordinates more, which fit noise of as many variances.
+    """
+
+    segment: float = 0.05
+    curve: float = 1.5
+    noise: float = 12.0
+
+
+PRICES = TracingPrices()
+#: Prices tried before loops are cut out, and how much cheaper segments get.
+TRIALS, CHEAPER = 3, 4.0
+#: Anchors that are taken out in vain before a path counts as simple; by how many cubics the price may rise that a path
+#: without an anchor has before it is refined; and steps of that refinement.
+MOST_FAILURES, MOST_RISE, TRIAL_STEPS = 3, 20.0, 3
+#: Numbers that describe a cubic which joins the one before smoothly: anchor, direction, two handles.
+CURVE_NUMBERS = 5
+
+
+def trace(points: FloatArray, noise: float, prices: TracingPrices = PRICES) -> FloatArray:
+    """Return the closed path (s, 3, 2) along a polyline (n, 2), px, at steps of about 1 px, of the smallest price.
+
+    Where it crosses itself, segments get cheaper until it does not; loops that are left are cut out.
+
+    Parameters
+    ----------
+    points : (n, 2) float64
+        Closed outline; the path runs its way.
+    noise : float
+        Standard deviation of the points across the outline, px.
+    prices : TracingPrices
+        What is paid for.
+    """
+    outline = find_corners(points, noise)
+    price = prices.segment + prices.noise * noise**2
+    for _ in range(TRIALS):
+        cubics = _cheapest(points, outline, SegmentPrices(line=price, curve=prices.curve * price))
+        if crossing_area(cubics) <= CROSSING_AREA:
+            return np.asarray(cubics[:, :3])
+        price /= CHEAPER
+    untangled = untangle([cubics])[0]
+    return np.asarray(untangled[:, :3])
+
+
+def _cheapest(points: FloatArray, outline: Outline, prices: SegmentPrices) -> FloatArray:
+    """Return the cubics (s, 4, 2) of the ellipse or the path that costs least."""
+    ellipse, cubics = _best_ellipse(points, prices)
+    if cubics is not None and ellipse <= 2 * prices.curve and not len(outline.corners):  # no loop of curves costs less
+        return cubics
+    course = Course(outline)
+    draft, path, price = _refined(course, simplest_path(course, prices), prices)
+    vain: set[float] = set()
+    while len(vain) < MOST_FAILURES:
+        for place, rise, less in without_anchors(course, draft, prices):
+            if place in vain or rise > MOST_RISE * prices.curve:
+                continue
+            found = _refined(course, less, prices, TRIAL_STEPS)
+            if found[2] < price:
+                draft, path, price = found
+                break
+            vain.add(place)
+            if len(vain) >= MOST_FAILURES:
+                break
+        else:
+            break
+    if cubics is not None and (ellipse < price or (draft.straight.all() and len(path) < 3)):
+        return cubics
+    return path
+
+
+def _refined(
+    course: Course, draft: Draft, prices: SegmentPrices, steps: int = STEPS
+) -> tuple[Draft, FloatArray, float]:
+    """Return a draft with the refined path, that path's cubics, and its price.
+
+    Joins get corners where the path misses the outline by more than a segment's price beside them.
+    """
+    found = refined(course, draft, steps)
+    far = found.smooth & (found.errors + np.roll(found.errors, 1) > prices.line)
+    if far.any():
+        bent = dataclasses.replace(draft, corners=draft.corners | far)
+        again = refined(course, bent, steps)
+        if again.error + prices.line < found.error:
+            draft, found = bent, again
+    price = found.error + float(np.where(draft.straight, prices.line, prices.curve).sum())
+    return dataclasses.replace(draft, cubics=found.cubics), found.cubics, price
+
+
+def _best_ellipse(points: FloatArray, prices: SegmentPrices) -> tuple[float, FloatArray | None]:
+    """Return the price and the cubics of the best ellipse along an outline."""
+    sizes = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
+    weights = (sizes + np.roll(sizes, 1)) / 2
+    best: tuple[float, FloatArray | None] = np.inf, None
+    for ellipse in ellipses_of(points):
+        error = float((weights * ellipse.distances(points) ** 2).sum())
+        price = error + ellipse.numbers / CURVE_NUMBERS * prices.curve
+        if price < best[0]:
+            best = price, ellipse.cubics()
+    return best
