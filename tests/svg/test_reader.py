@@ -1,103 +1,29 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reading foreign SVG: lengths, transforms, colours, documents, warnings, refusals."""
+"""Reading foreign SVG: documents, colours, backgrounds, names, warnings, refusals."""
 
 from __future__ import annotations
 
 import gzip
-import math
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from support.svg_documents import (
     SQUARE,
     assert_points,
     document,
     left_out,
     lines,
-    quarter,
     read,
-    read_path,
     shifted,
 )
 
 from livecl.errors import SvgError
-from livecl.geometry import bezier
 from livecl.image.reading import over_background, read_image
 from livecl.svg import format_svg, read_svg
-
-
-def test_lengths() -> None:
-    """Percentages are of the viewport: of its width, its height, its diagonal over the root of 2."""
-    drawing = read('<rect x="1in" y="72pt" width="10%" height="10%"/><circle r="10%"/>', 'width="300" height="400"')
-    assert_points(
-        drawing,
-        lines((96, 96), (126, 96), (126, 136), (96, 136)),
-        [quarter(i / 4, (0, 0), [math.hypot(300, 400) / math.sqrt(2) / 10] * 2) for i in range(4)],
-    )
-
-
-@pytest.mark.parametrize(
-    ("transform", "corners"),
-    [
-        ("translate(10)", [(11, 2), (14, 2), (14, 6), (11, 6)]),
-        ("translate(10,-2) scale(2)", [(12, 2), (18, 2), (18, 10), (12, 10)]),
-        ("scale(2 -1)", [(2, -2), (8, -2), (8, -6), (2, -6)]),
-        ("rotate(90)", [(-2, 1), (-2, 4), (-6, 4), (-6, 1)]),
-        ("rotate(90 1 2)", [(1, 2), (1, 5), (-3, 5), (-3, 2)]),
-        ("skewX(45)", [(3, 2), (6, 2), (10, 6), (7, 6)]),
-        ("matrix(0 1 -1 0 5 6)", [(3, 7), (3, 10), (-1, 10), (-1, 7)]),
-    ],
-)
-def test_transforms(transform: str, corners: Sequence[ArrayLike]) -> None:
-    rect = '<rect x="1" y="2" width="3" height="4"{}/>'
-    assert_points(read(rect.format(f' transform="{transform}"')), lines(*corners))
-    assert_points(read(f'<g transform="{transform}"><g>{rect.format("")}</g></g>'), lines(*corners))
-
-
-def test_transforms_nest_and_bend_curves() -> None:
-    drawing = read('<g transform="translate(7 3)"><circle r="2" transform="scale(3 1)"/></g>')
-    assert_points(drawing, [quarter(i / 4, (7, 3), (6, 2)) for i in range(4)])
-
-
-@pytest.mark.parametrize(
-    ("attributes", "size", "scale", "shift"),
-    [
-        ('width="100" height="50"', (50, 100), (1, 1), (0, 0)),
-        ('width="99.2" height="50.0005"', (50, 100), (1, 1), (0, 0)),
-        ('width="100" height="50" viewBox="0 0 50 25"', (50, 100), (2, 2), (0, 0)),
-        ('width="100" height="50" viewBox="10 20 100 50"', (50, 100), (1, 1), (-10, -20)),
-        ('width="100" height="50" viewBox="0 0 20 20"', (50, 100), (2.5, 2.5), (25, 0)),
-        ('width="100" height="50" viewBox="0 0 20 20" preserveAspectRatio="none"', (50, 100), (5, 2.5), (0, 0)),
-        ('width="100" height="50" viewBox="0 0 20 20" preserveAspectRatio="xMaxYMid"', (50, 100), (2.5, 2.5), (50, 0)),
-        ('width="100" height="50" viewBox="0 0 20 20" preserveAspectRatio="xMidYMin slice"', (50, 100), (5, 5), (0, 0)),
-        ('viewBox="0 0 40 30"', (30, 40), (1, 1), (0, 0)),
-        ('width="100%" height="100%" viewBox="0 0 40 30"', (30, 40), (1, 1), (0, 0)),
-        ('width="80" viewBox="0,0,40,30"', (60, 80), (2, 2), (0, 0)),
-        ('width="1in" height="25.4mm"', (96, 96), (1, 1), (0, 0)),
-    ],
-)
-def test_canvas(attributes: str, size: tuple[int, int], scale: Sequence[float], shift: Sequence[float]) -> None:
-    drawing = read('<rect x="1" y="2" width="3" height="4"/>', attributes)
-    assert drawing.size == size
-    assert drawing.background is None
-    assert_points(drawing, shifted(SQUARE * np.array(scale), *shift))
-
-
-def test_use_symbol_and_nested_svg() -> None:
-    drawing = read(
-        '<defs><g id="a" fill="red"><rect x="1" y="2" width="3" height="4"/></g>'
-        '<symbol id="s" viewBox="0 0 6 8"><rect x="1" y="2" width="3" height="4"/></symbol></defs>'
-        '<use xlink:href="#a" x="10" y="20"/><use href="#s" width="12" height="16" fill="#0f0"/>'
-        '<svg x="50" y="60" width="60" height="80" viewBox="0 0 6 8" overflow="visible">'
-        '<use href="#a" transform="scale(2)"/></svg>'
-    )
-    assert_points(drawing, shifted(SQUARE, 10, 20), SQUARE * 2, shifted(SQUARE * 20, 50, 60))
-    np.testing.assert_array_equal(drawing.colors, [[1, 0, 0, 1], [0, 1, 0, 1], [1, 0, 0, 1]])
-
 
 RECT = '<rect width="9" height="9" {}/>'
 
@@ -125,49 +51,6 @@ def test_colours(attributes: str, rgba: Sequence[float]) -> None:
     sheet = "<style>/* {a */ .warm{fill:red} rect.cold, #nothing {fill: blue !important} #named{fill:yellow}</style>"
     drawing = read(f'<g fill="hsl(120 100% 25%)">{sheet}{RECT.format(attributes)}</g>')
     np.testing.assert_allclose(drawing.colors, np.array([rgba]), atol=1e-12)
-
-
-def test_group_opacity_goes_into_layers() -> None:
-    drawing = read(f'<g opacity="0.5"><g opacity=".5" fill-opacity=".5">{RECT.format("")}</g></g>')
-    np.testing.assert_allclose(drawing.colors[:, 3], [0.125])
-    apart = read('<g opacity="0.5"><rect width="9" height="9"/><rect x="20" width="9" height="9"/></g>')
-    np.testing.assert_allclose(apart.colors[:, 3], [0.5, 0.5])
-    drawing, names = left_out(f'<g opacity="0.5">{2 * RECT.format("")}</g>')
-    assert names == "group opacity over overlapping shapes (1)"
-    assert drawing.num_layers == 2
-
-
-def test_what_is_not_shown_is_not_read() -> None:
-    hidden = ('display="none"', 'visibility="hidden"', 'style="display:none"', 'fill="none"')
-    shapes = "".join(RECT.format(attribute) for attribute in hidden)
-    others = "<clipPath><rect/></clipPath><title>t</title><defs><path/></defs><g display='none'><text>a</text></g>"
-    assert read(shapes + others).num_layers == 0
-
-
-RING = "M0 0H40V40H0z M10 10{}z"
-
-
-@pytest.mark.parametrize(("inner", "layers_area"), [("H30V30H10", 1200), ("V30H30V10", 1200)])
-def test_even_odd_rings_become_nonzero_rings(inner: str, layers_area: float) -> None:
-    drawing = read(f'<path fill-rule="evenodd" d="{RING.format(inner)}"/>')
-    assert drawing.subpath_offsets.tolist() == [0, 4, 8]
-    assert abs(bezier.signed_area(drawing.cubics)) == pytest.approx(layers_area)
-    nonzero = read(f'<path d="{RING.format(inner)}"/>')
-    assert abs(bezier.signed_area(nonzero.cubics)) == pytest.approx(2000 if inner[0] == "H" else 1200)
-
-
-def test_even_odd_islands_and_separate_shapes() -> None:
-    island = read('<path fill-rule="evenodd" d="M0 0H50V50H0z M10 10H40V40H10z M20 20H30V30H20z"/>')
-    assert abs(bezier.signed_area(island.cubics)) == pytest.approx(2500 - 900 + 100)
-    apart = read('<path fill-rule="evenodd" d="M1 2h3v4h-3z m10 0v4h3v-4z"/>')
-    assert_points(apart, SQUARE, lines((11, 2), (11, 6), (14, 6), (14, 2)))
-
-
-@pytest.mark.parametrize("data", ["M0 0H40V40H0z M20 20H60V60H20z M10 30H50V50H10z", "M50 5L80 95L5 35H95L20 95z"])
-def test_even_odd_of_crossing_outlines_is_named(data: str) -> None:
-    drawing, names = left_out(f'<path style="fill-rule:evenodd" d="{data}"/>')
-    assert names == "even-odd fills of crossing outlines (1)"
-    np.testing.assert_array_equal(drawing.points, read_path(data).points)
 
 
 def test_what_cannot_be_represented_is_named_once_with_counts() -> None:
@@ -263,46 +146,6 @@ def test_shown_like_the_original(body: str) -> None:
     np.testing.assert_allclose(saved, shown, atol=0.07)  # one step of resvg's 16 levels of coverage
 
 
-def test_layers_that_leave_their_viewport_are_named() -> None:
-    inner = '<svg x="5" y="5" width="20" height="20"{}><rect width="{}" height="20"/></svg>'
-    assert read(inner.format("", 20)).num_layers == 1
-    assert read(inner.format(' overflow="visible"', 21)).num_layers == 1
-    assert left_out(inner.format("", 21))[1] == "clips (1)"
-    symbol = (
-        '<symbol id="s" viewBox="0 0 9 9"><rect width="10" height="5"/></symbol><use href="#s" width="9" height="9"/>'
-    )
-    assert left_out(symbol)[1] == "clips (1)"
-
-
-def test_units_of_the_font_and_the_canvas() -> None:
-    drawing = read('<g style="font:bold 20px/1.5 serif"><rect x=".1em" y=".2ex" width=".15em" height=".4ex"/></g>')
-    assert_points(drawing, lines((2, 2), (5, 2), (5, 6), (2, 6)))
-    drawing = read('<g font-size="xx-large"><g font-size="50%"><rect width="1em" height="2ex"/></g></g>')
-    assert_points(drawing, lines((0, 0), (16, 0), (16, 16), (0, 16)))
-    drawing, names = left_out('<rect x="1vw" y="2vh" width="3vmin" height="4vmax"/><rect width="1rem" height="1ch"/>')
-    assert_points(drawing, SQUARE, lines((0, 0), (16, 0), (16, 8), (0, 8)))
-    assert names == "lengths in units of the page or of the font's letters (6)"
-
-
-@pytest.mark.parametrize(
-    ("attributes", "size", "guess"),
-    [
-        ('height="80"', (80, 300), True),
-        ("", (150, 300), True),
-        ('width="50%" height="40"', (40, 150), True),
-        ('width="2em" height="1em"', (16, 32), False),
-        ('width="2em" font-size="10" viewBox="0 0 9 9"', (20, 20), False),
-        ('style="width:30px;height:20px"', (20, 30), False),
-    ],
-)
-def test_sizes_by_default(attributes: str, size: tuple[int, int], guess: bool) -> None:
-    if guess:
-        with pytest.warns(UserWarning, match="sides of the canvas, not stated and taken as 300 by 150 px"):
-            assert read_svg(document("", attributes)).size == size
-    else:
-        assert read("", attributes).size == size
-
-
 def test_background_color_of_the_root() -> None:
     for style in ("background-color:#369", "background: rgb(51 102 153)", "background-color:currentColor;color:#369"):
         drawing = read(RECT.format(""), f'width="100" height="50" viewBox="5 5 9 9" style="{style}"')
@@ -315,41 +158,6 @@ def test_background_color_of_the_root() -> None:
     with pytest.warns(UserWarning, match=r"backgrounds \(1\)"):
         read_svg(document("", 'width="9" height="9" style="background:url(a.png)"'))
     assert read("", 'width="9" height="9" background-color="red"').background is None
-
-
-@pytest.mark.parametrize(
-    ("attribute", "shown"),
-    [
-        ('systemLanguage="ru"', False),
-        ('systemLanguage="ru, en-GB"', True),
-        ('systemLanguage=""', False),
-        ('requiredExtensions="http://example.org/"', False),
-        ('requiredExtensions=""', False),
-        ('requiredFeatures="http://www.w3.org/TR/SVG11/feature#Shape"', True),
-        ('requiredFeatures="http://www.w3.org/TR/SVG11/feature#Shape nothing"', False),
-        ('requiredFeatures="http://www.w3.org/TR/SVG11/feature#Script"', False),
-    ],
-)
-def test_conditions_hold_on_every_element(attribute: str, shown: bool) -> None:
-    rect = '<rect width="5" height="5" {}/>'
-    assert read(rect.format(attribute)).num_layers == shown
-    assert read(f"<g {attribute}>{rect.format('')}</g>").num_layers == shown
-    assert read("", f'width="9" height="9" style="background-color:red" {attribute}').background is None or shown
-    assert (
-        read(f'<defs>{rect.format(attribute + " id=" + chr(34) + "a" + chr(34))}</defs><use href="#a"/>').num_layers
-        == shown
-    )
-
-
-def test_a_use_of_itself_is_named_and_left_out() -> None:
-    rect = '<rect width="5" height="5"/>'
-    drawing, names = left_out(f'<g id="a">{rect}<use href="#a" x="5"/></g>')
-    assert (drawing.num_layers, names) == (1, "uses of themselves (1)")
-    drawing, names = left_out(f'<g id="a">{rect}<use href="#b"/></g><g id="b">{rect}<use href="#a"/></g>')
-    assert (drawing.num_layers, names) == (4, "uses of themselves (2)")
-    assert left_out('<use id="a" href="#a"/>')[1] == "uses of themselves (1)"
-    assert read(f'<g id="a">{rect}</g><use href="#a"/><use href="#a"/>').num_layers == 3
-    assert left_out("<use/>")[1] == "references to nothing (1)"
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
@@ -392,45 +200,6 @@ def test_many_layers_are_read_in_a_second() -> None:
     start = time.process_time()
     assert read(f"<style>{sheet}</style>{paths}").num_layers == 1856
     assert time.process_time() - start < 2
-
-
-def test_use_states_the_size_of_an_svg() -> None:
-    drawing = read(
-        '<defs><svg id="s" viewBox="0 0 2 2" width="9"><rect width="2" height="2"/></svg></defs>'
-        '<use href="#s" x="1" width="10" height="10"/>'
-    )
-    assert_points(drawing, lines((1, 0), (11, 0), (11, 10), (1, 10)))
-
-
-def test_switch_shows_the_first_that_fits() -> None:
-    drawing = read(
-        '<switch><foreignObject requiredExtensions="x"/><rect systemLanguage="de, fr" width="1" height="1"/>'
-        '<rect systemLanguage="de,en-GB" width="2" height="2"/><rect width="3" height="3"/></switch>'
-    )
-    assert_points(drawing, lines((0, 0), (2, 0), (2, 2), (0, 2)))
-
-
-@pytest.mark.parametrize(
-    ("style", "shift"),
-    [
-        ("transform-origin:4px 6px", (3, 4)),
-        ("transform-origin:100% 50%", (99, 48)),
-        ("transform-origin:top right", (99, -2)),
-        ("transform-origin:bottom", (49, 98)),
-        ("transform-box:view-box;transform-origin:left 6px", (-1, 4)),
-    ],
-)
-def test_transform_origins(style: str, shift: tuple[float, float]) -> None:
-    """Half a turn about the origin takes the square's corner (1, 2), whose shift from it is given, to the far side."""
-    drawing = read(f'<rect x="1" y="2" width="3" height="4" style="{style};transform:rotate(.5turn)"/>')
-    corner = np.add((1, 2), np.multiply(shift, 2))
-    assert_points(
-        drawing, lines(*(2 * corner - corner - np.subtract(p, (1, 2)) for p in ((1, 2), (4, 2), (4, 6), (1, 6))))
-    )
-    names = left_out(
-        '<rect width="9" height="9" style="transform-box:fill-box;transform-origin:0 0" transform="scale(2)"/>'
-    )
-    assert names[1] == "transform origins (1)"
 
 
 def test_at_rules_do_not_swallow_the_rule_behind_them() -> None:
