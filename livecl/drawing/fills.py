@@ -156,6 +156,12 @@ class Fills:
         """Return the stops of a layer, a slice of `stop_positions` and `stop_colors`."""
         return slice(int(self.stop_offsets[layer]), int(self.stop_offsets[layer + 1]))
 
+    def colors_at(self, layer: int, points: FloatArray) -> FloatArray:
+        """Return the straight RGBA (n, 4) of a layer's gradient at points (n, 2), px."""
+        own = self.stops(layer)
+        t = place_of(int(self.kinds[layer]), self.geometry[layer], points)
+        return stop_colors_at(self.stop_positions[own], self.stop_colors[own], t)
+
     def moved(self, geometry: FloatArray, stop_positions: FloatArray, stop_colors: FloatArray) -> Fills:
         """Return fills of the same kinds with other numbers, unchecked: for loops that call it often.
 
@@ -235,6 +241,31 @@ class Fills:
             rgb = (weights * held[:, 3]) @ held[:, :3] / alpha if alpha > 0 else weights @ held[:, :3]
             means[row] = np.clip([*rgb, 1.0 if (rgba[:, 3] == 1).all() else min(alpha, 1 - 1e-9)], 0, 1)
         return means
+
+
+def place_of(kind: int, geometry: FloatArray, points: FloatArray) -> FloatArray:
+    """Return t at points (n, 2), px, of a gradient of a geometry (3, 2); 2, beyond all stops, where it is degenerate.
+
+    Not clamped to [0, 1]: stops hold on at both ends.
+    """
+    offset = points - geometry[0]
+    if kind == LINEAR:
+        along = geometry[1] - geometry[0]
+        square = float(along @ along)
+        return np.asarray(offset @ along / square) if square > 0 else np.full(len(points), 2.0)
+    axes = (geometry[1:] - geometry[0]).T
+    if not np.linalg.det(axes):
+        return np.full(len(points), 2.0)
+    return np.asarray(np.linalg.norm(np.linalg.solve(axes, offset.T), axis=0))
+
+
+def stop_colors_at(positions: FloatArray, colors: FloatArray, t: FloatArray) -> FloatArray:
+    """Return the straight RGBA (n, 4) at t (n,) of stops at places (K,) of colours (K, 4)."""
+    after = np.clip(np.searchsorted(positions, t, side="right"), 1, len(positions) - 1)
+    width = positions[after] - positions[after - 1]
+    along = (t - positions[after - 1]) / np.where(width > 0, width, 1)
+    share = np.where(width > 0, np.clip(along, 0, 1), t >= positions[after])
+    return np.asarray(colors[after - 1] + share[:, None] * (colors[after] - colors[after - 1]))
 
 
 def concatenate_fills(parts: Sequence[Fills]) -> Fills:

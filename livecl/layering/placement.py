@@ -19,6 +19,7 @@ from livecl.layering.candidates import initial_outline, paint_of, region_candida
 from livecl.layering.components import Place, component_places
 from livecl.layering.context import Context
 from livecl.layering.contributions import composited_colors, layer_alphas
+from livecl.layering.fills import shading_of
 from livecl.layering.painting import Painting
 from livecl.layering.stack import LayerStack
 from livecl.options import Options
@@ -48,7 +49,9 @@ class Placement:
     hidden_points: Callable[[Drawing], NDArray[np.bool_]] | None = None
 
 
-def place_paths(context: Context, drawing: Drawing, count: int, rng: np.random.Generator) -> Placement:
+def place_paths(
+    context: Context, drawing: Drawing, count: int, rng: np.random.Generator, total: int | None = None
+) -> Placement:
     """Place up to `count` new layers where a drawing differs from the target; fewer regions may be worth one.
 
     Parameters
@@ -61,6 +64,8 @@ def place_paths(context: Context, drawing: Drawing, count: int, rng: np.random.G
         Number of layers.
     rng : numpy.random.Generator
         Source of whatever is random.
+    total : int, optional
+        Layers of the whole run, at most: those of the drawing and `count` if not given.
 
     Returns
     -------
@@ -71,12 +76,16 @@ def place_paths(context: Context, drawing: Drawing, count: int, rng: np.random.G
     if options.placement == "structure":
         from livecl.layering.structure import place_structure  # loads SciPy
 
-        found = place_structure(target, drawing, count, context.check)
+        total = drawing.num_layers + count if total is None else total
+        found = place_structure(target, drawing, count, total, shading_of(options), context.check)
         if found is None:
             return Placement(Drawing.from_outlines([], np.zeros((0, 4)), drawing.size), np.arange(drawing.num_layers))
         rgba = np.array([paint_of(color) for color in found.colors])
         return Placement(
-            Drawing.from_outlines(found.outlines, rgba, drawing.size), found.order, found.weight, found.hidden_points
+            Drawing.from_outlines(found.outlines, rgba, drawing.size, fills=found.fills),
+            found.order,
+            found.weight,
+            found.hidden_points,
         )
     image = context.rasterizer.forward(drawing)
     if options.placement == "region":

@@ -96,9 +96,10 @@ def placed_by(options: Options, image: NDArray[np.float32], drawing: Drawing, co
     if options.placement != "structure":
         return options
     if options.shape == "outline" and options.background != TRAIN and options.new_color == "target":
+        from livecl.layering.fills import shading_of
         from livecl.layering.structure import structured  # loads SciPy
 
-        if structured(target_over(image, drawing.background), drawing.background, count):
+        if structured(target_over(image, drawing.background), drawing.background, count, shading_of(options)):
             opacity: Literal["opaque", "train"] = "train" if options.opacity == "train" else "opaque"
             return dataclasses.replace(
                 options, revisions=0, merge=False, opacity=opacity, color_learning_rate=STRUCTURE_COLOR_RATE

@@ -85,22 +85,15 @@ class Grow:
 
 @dataclasses.dataclass(frozen=True)
 class Shade:
-    """Give layers gradients that they are worth it to, and train them; kept if the error falls.
+    """Give layers the fills that are worth most to them, and train them; kept if the error falls."""
 
-    Parameters
-    ----------
-    kinds : tuple of str
-        Which of "linear" and "radial".
-    """
-
-    kinds: tuple[str, ...]
     kind: ClassVar[Kind] = "shade"
 
     def begin(self, run: Work) -> bool:
-        """Start gradients from least squares; False where no layer has one."""
+        """Start fills from least squares; False where no layer has another one."""
         state = run.state
-        drawing = shaded(run, state.drawing, self.kinds, state.free)
-        if not np.any(drawing.fills.kinds != state.drawing.fills.kinds):
+        drawing = shaded(run, state.drawing, state.free)
+        if drawing is state.drawing:
             state.stage += 1
             return False
         run.remember()
@@ -179,7 +172,7 @@ def plan_of(schedule: Sequence[int], revisions: int, fills: str = "solid") -> tu
     """Return the phases of a run: one for each stage of the schedule, of which 0 refines, shading, then revisions."""
     stages: list[Phase] = [Grow(count) if count else Refine() for count in schedule]
     if fills != "solid":
-        stages.append(Shade(("linear", "radial") if fills == "auto" else (fills,)))
+        stages.append(Shade())
     return (*stages, *(Revise(number) for number in range(revisions)))
 
 
@@ -187,12 +180,12 @@ def place(run: Work, count: int, stage: int) -> int:
     """Add up to `count` layers, labelled with a stage, and return how many were worth it."""
     state = run.state
     context: Context = run
-    if state.drawing.fills.any_gradients:
+    if state.drawing.fills.any_gradients and run.options.placement == "region":
         # Placement composites layers of one colour: what gradients add to it is no longer wanted of new layers.
         flat = state.drawing.replace(fills=None)
         target = run.target - run.rasterizer.forward(state.drawing) + run.rasterizer.forward(flat)
         context = Context(run.rasterizer, target, run.options, run.check)
-    placement = place_paths(context, state.drawing, count, state.rng)
+    placement = place_paths(context, state.drawing, count, state.rng, sum(run.progress.schedule))
     placed = placement.drawing.num_layers
     if placed:
         state.add(placement.drawing.replace(stages=np.full(placed, stage)), placement.order)

@@ -40,7 +40,7 @@ def end_of_phase(run: Run) -> bool:
 
 def test_the_plan_of_a_schedule() -> None:
     assert plan_of((0, 2, 3), 2) == (Refine(), Grow(2), Grow(3), Revise(0), Revise(1))
-    assert plan_of((2,), 1, "auto") == (Grow(2), Shade(("linear", "radial")), Revise(0))
+    assert plan_of((2,), 1, "auto") == (Grow(2), Shade(), Revise(0))
     assert [phase.kind for phase in plan_of((0, 1), 1)] == ["refine", "grow", "revise"]
 
 

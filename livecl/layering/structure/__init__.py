@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Structure of flat pictures: which shapes there are, who lies in front, and what they are as wholes."""
+"""Structure of pictures of flat or shaded regions: which shapes there are, their depth, and their whole outlines."""
 
 from livecl.layering.structure.placing import place_structure, structured
 

@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 
 from livecl.layering.structure.completion import SHORTEST_GAP, completed, joined
 from livecl.layering.structure.contours import AFTER, BEFORE, OWN, Contour, Outlines
+from livecl.layering.structure.flat import SAME_COLOR
 from livecl.layering.structure.prices import Prices, outline_price, signed_area
 
 FloatArray = NDArray[np.float64]
 Pairs = dict[tuple[int, int], float]
 
-#: Largest difference of any channel of two regions of one colour.
-SAME_COLOR = 1.5 / 255
 #: Share that what is seen through holes has of what has them: more, and it belongs to what lies around.
 THROUGH_HOLES, GROUND_THROUGH_HOLES, PANES = 0.3, 0.2, 0.4
 #: Share of the outline of what is seen between several regions that faces those at the ground.
@@ -45,8 +44,7 @@ class Screen:
 
 def same_color(outlines: Outlines, a: int, b: int) -> bool:
     """Whether two regions have one colour."""
-    colors = outlines.regions.colors
-    return bool(np.abs(colors[a] - colors[b]).max() <= SAME_COLOR)
+    return outlines.regions.alike(a, b)
 
 
 def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:

@@ -20,6 +20,8 @@ IntArray = NDArray[np.int64]
 #: Largest step between neighbouring pixels of one core, in a clean picture and in another, and what a mixture may miss
 #: a colour by: levels of 255.
 CLEAN_STEP, SAME_STEP, MIXTURE_MISS = 0.6 / 255, 2.5 / 255, 10 / 255
+#: Largest difference of any channel of two regions of one colour.
+SAME_COLOR = 1.5 / 255
 #: Largest step that counts as a slope: shading, and the bands that 8 bits make of it.
 SLOPE_STEP = 6 / 255
 #: Share of neighbouring pixels that are equal in a clean picture.
@@ -66,6 +68,10 @@ class FlatRegions:
     share: FloatArray
     miss: FloatArray
 
+    def alike(self, a: int, b: int) -> bool:
+        """Whether two regions have one fill."""
+        return bool(np.abs(self.colors[a] - self.colors[b]).max() <= SAME_COLOR)
+
 
 def flatness(image: NDArray[np.floating]) -> tuple[float, float, int]:
     """Return the shares of pixels in flat cores and of small steps (slopes), and how many cores there are: quickly."""
@@ -87,19 +93,19 @@ def flat_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> Fla
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
     step = _step(pixels)
     labels = _cores(pixels, step)
-    colors = _means(labels, pixels)
+    colors = means_of(labels, pixels)
     for round_number in range(ROUNDS):
-        mixture = _explain(pixels, labels, colors)
+        mixture = explain(pixels, labels, colors)
         if round_number == ROUNDS - 1 or not (mixture.miss > miss).any():
             break
-        colors, added = _add_cores(pixels, labels, colors, mixture, miss)
+        colors, added = add_cores(pixels, labels, colors, mixture, miss)
         if not added:
             break
-    return _regions(pixels, labels, colors, mixture)
+    return regions_of(pixels, labels, colors, mixture)
 
 
 @dataclasses.dataclass(frozen=True)
-class _Mixture:
+class Mixture:
     """Pixels outside cores: where (P,), the two cores, the share of the first, and what is left unexplained."""
 
     rows: IntArray
@@ -110,7 +116,7 @@ class _Mixture:
     miss: FloatArray
 
 
-def _grid_components(right: NDArray[np.bool_], down: NDArray[np.bool_], *slanted: NDArray[np.bool_]) -> IntArray:
+def grid_components(right: NDArray[np.bool_], down: NDArray[np.bool_], *slanted: NDArray[np.bool_]) -> IntArray:
     """Label the pixels connected by what holds between neighbours to the right, below, and slanted ones, if any."""
     height, width = right.shape[0], down.shape[1]
     n = np.arange(height * width).reshape(height, width)
@@ -125,7 +131,7 @@ def _grid_components(right: NDArray[np.bool_], down: NDArray[np.bool_], *slanted
 
 def _cores(image: FloatArray, step: float) -> IntArray:
     """Label the flat components that hold a block of 2 x 2 from 1 on; 0 elsewhere."""
-    labels = _grid_components(
+    labels = grid_components(
         np.abs(np.diff(image, axis=1)).max(axis=-1) <= step, np.abs(np.diff(image, axis=0)).max(axis=-1) <= step
     )
     corner = labels[1:, 1:]
@@ -135,22 +141,28 @@ def _cores(image: FloatArray, step: float) -> IntArray:
     return np.where(has_block, np.cumsum(has_block), 0)[labels]
 
 
-def _means(labels: IntArray, image: FloatArray) -> FloatArray:
+def means_of(labels: IntArray, image: FloatArray) -> FloatArray:
+    """Return the mean colour of each label: (K + 1, C)."""
     count = np.bincount(labels.ravel())
     sums = [np.bincount(labels.ravel(), weights=image[..., c].ravel()) for c in range(image.shape[2])]
     return np.asarray(np.stack(sums, axis=1) / np.maximum(count, 1)[:, None])
 
 
-def _explain(image: FloatArray, labels: IntArray, colors: FloatArray) -> _Mixture:
-    """Explain each pixel outside the cores by the two cores near it that mix to its colour best."""
+def explain(image: FloatArray, labels: IntArray, colors: FloatArray | None) -> Mixture:
+    """Explain each pixel outside the cores by the two cores near it that mix to its colour best.
+
+    Cores have colours (K + 1, C), or, without any, those of their pixels next to it.
+    """
     rows, columns = np.nonzero(labels == 0)
     padded = np.pad(labels, 2)
     near, distance = np.zeros((len(rows), NEAR), np.int64), np.zeros((len(rows), NEAR))
+    seen = np.zeros((len(rows), NEAR, image.shape[2]))
     count = np.zeros(len(rows), np.int64)
     for dy, dx in _OFFSETS:
         core = padded[rows + 2 + dy, columns + 2 + dx]
         new = np.flatnonzero((core > 0) & (count < NEAR) & ~(near == core[:, None]).any(axis=1))
         near[new, count[new]], distance[new, count[new]] = core[new], np.hypot(dy, dx)
+        seen[new, count[new]] = image[rows[new] + dy, columns[new] + dx] if colors is None else colors[core[new]]
         count[new] += 1
     wanted = image[rows, columns]
     first, second = np.zeros((2, len(rows)), np.int64)
@@ -160,7 +172,7 @@ def _explain(image: FloatArray, labels: IntArray, colors: FloatArray) -> _Mixtur
             here = np.flatnonzero((near[:, i] > 0) & (near[:, j] > 0))
             if not len(here):
                 continue
-            a, b = colors[near[here, i]], colors[near[here, j]]
+            a, b = seen[here, i], seen[here, j]
             difference = a - b
             square = np.square(difference).sum(axis=1)
             part = ((wanted[here] - b) * difference).sum(axis=1) / np.maximum(square, 1e-12)
@@ -171,11 +183,11 @@ def _explain(image: FloatArray, labels: IntArray, colors: FloatArray) -> _Mixtur
             at = here[better]
             first[at], second[at], share[at] = near[at, i], near[at, j], part[better]
             best[at], miss[at] = score[better], left[better]
-    return _Mixture(rows, columns, first, second, share, miss)
+    return Mixture(rows, columns, first, second, share, miss)
 
 
-def _add_cores(
-    image: FloatArray, labels: IntArray, colors: FloatArray, mixture: _Mixture, miss: float
+def add_cores(
+    image: FloatArray, labels: IntArray, colors: FloatArray, mixture: Mixture, miss: float
 ) -> tuple[FloatArray, int]:
     """Make cores of the worst explained pixel of each patch, and of those like it around; `labels` is changed."""
     missed = np.zeros(labels.shape)
@@ -196,7 +208,7 @@ def _add_cores(
     return np.concatenate([colors, np.reshape(new_colors, (-1, colors.shape[1]))]), len(new_colors)
 
 
-def _regions(image: FloatArray, labels: IntArray, colors: FloatArray, mixture: _Mixture) -> FlatRegions:
+def regions_of(image: FloatArray, labels: IntArray, colors: FloatArray, mixture: Mixture) -> FlatRegions:
     """Give mixed pixels to the core that most of them belongs to, and number the connected regions."""
     size = image.shape[:2]
     miss = np.where(labels > 0, np.abs(image - colors[labels]).max(axis=-1), 0.0)
@@ -213,7 +225,7 @@ def _regions(image: FloatArray, labels: IntArray, colors: FloatArray, mixture: _
         miss[labels == 0] = 1.0
         labels = labels[tuple(nearest)]
         other = np.where(other == 0, labels, other)
-    parts = _grid_components(
+    parts = grid_components(
         labels[:, 1:] == labels[:, :-1],
         labels[1:] == labels[:-1],
         labels[1:, 1:] == labels[:-1, :-1],

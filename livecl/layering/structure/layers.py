@@ -28,18 +28,21 @@ BoolArray = NDArray[np.bool_]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Layer:
-    """A shape of one colour.
+    """A shape of one fill.
 
     Attributes
     ----------
     outlines : list of (n, 2) float
         Closed polylines, px, the outer one first; holes run the other way round.
     color : (C,) float
-        As in the picture.
+        As in the picture: that of most of its pixels.
+    shown : frozenset of int
+        Regions that show it.
     """
 
     outlines: list[FloatArray]
     color: FloatArray
+    shown: frozenset[int] = frozenset()
 
 
 @dataclasses.dataclass(eq=False)
@@ -72,7 +75,7 @@ def find_layers(regions: FlatRegions, ground: FloatArray, prices: Prices = PRICE
     for screen in seen_through:
         scene.unite(screen.front, screen.behind)
     scene.join_all()
-    return [Layer(shape, regions.colors[k]) for k, shape in scene.whole()]
+    return [Layer(shape, regions.colors[k], frozenset(scene.shapes[k].shown)) for k, shape in scene.whole()]
 
 
 class _Scene:

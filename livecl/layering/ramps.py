@@ -1,0 +1,361 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Closed-form fits of fills to pixels: one colour, a linear or a radial gradient, each at its price.
+
+The unit of a price is squared error, summed over the pixels and colour channels. A fill is described by numbers: 4 of a
+colour; 4 of a line or 6 of an ellipse, and 5 of each stop. Of all fills the one is taken whose squared error and
+numbers together cost least.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.fills import KINDS, LINEAR, RADIAL, SOLID, Fills, place_of, stop_colors_at
+
+FloatArray = NDArray[np.float64]
+
+#: Numbers of a layer of one colour and four segments: `Options.prune` buys these.
+LAYER_NUMBERS = 28
+#: Numbers that describe the geometry of each kind, by kind; those of one colour, and of a stop.
+GEOMETRY_NUMBERS, COLOR_NUMBERS, STOP_NUMBERS = (0, 4, 6), 4, 5
+#: Most pixels that a fit looks at, and that the search for a geometry looks at.
+MAX_PIXELS, SEARCH_PIXELS = 4000, 400
+#: Knots of the ramp by which geometries are compared, and bins of it that pixels are added up in.
+KNOTS, BINS = 7, 96
+#: Most stops of a gradient; places tried for a new one, and rounds of a finer search about the best.
+MOST_STOPS, PLACES, REFINEMENTS = 6, 11, 3
+#: Mean squared error, of a channel, at which a fit is as good as one can be: a third of a level of 255, and a little.
+NOISE = (0.45 / 255) ** 2
+#: Centres tried along each axis for radial gradients, the reach of the grid in sides of the region's box, and the
+#: smallest step of the search: px of a centre.
+CENTERS, REACH, SMALLEST_STEP = 5, 1.0, 0.1
+#: Rounds of a pattern search, at most, and the share of the error under which a round counts as no progress.
+SEARCH_ROUNDS, LEAST_PROGRESS = 60, 0.002
+#: Directions of stretching that an ellipse is looked for in.
+STRETCHES = 8
+#: Largest ratio of the axes of an ellipse.
+MOST_STRETCHED = 6.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Shading:
+    """Gradients that layers may have: their kinds, of "linear" and "radial", and the price of a number.
+
+    The price is in mean squared error over all pixels and channels.
+    """
+
+    kinds: tuple[str, ...]
+    price: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Paint:
+    """A fill of one layer that was fitted to pixels.
+
+    Attributes
+    ----------
+    kind : int
+        SOLID, LINEAR or RADIAL.
+    color : (4,)
+        The best single colour, straight RGBA.
+    geometry : (3, 2)
+        As in :class:`livecl.drawing.fills.Fills`; zeros if solid.
+    positions, stops : (K,), (K, 4)
+        Places and straight RGBA of the stops; none if solid.
+    error : float
+        Squared error that is left, weighted, over pixels and channels.
+    """
+
+    kind: int
+    color: FloatArray
+    geometry: FloatArray
+    positions: FloatArray
+    stops: FloatArray
+    error: float
+
+    @property
+    def numbers(self) -> int:
+        """Numbers that describe it."""
+        return GEOMETRY_NUMBERS[self.kind] + (STOP_NUMBERS * len(self.stops) or COLOR_NUMBERS)
+
+    @property
+    def fills(self) -> Fills:
+        """The fill as that of one layer."""
+        if self.kind == SOLID:
+            return Fills.solid(1)
+        first, second, third = self.geometry
+        if self.kind == LINEAR:
+            return Fills.linear(first, second, self.stops, self.positions)
+        return Fills.radial(first, second, third, self.stops, self.positions)
+
+    def at(self, points: FloatArray) -> FloatArray:
+        """Return the straight RGBA (n, 4) at points (n, 2), px."""
+        if self.kind == SOLID:
+            return np.broadcast_to(self.color, (len(points), 4))
+        return stop_colors_at(self.positions, self.stops, place_of(self.kind, self.geometry, points))
+
+
+def fit_paint(
+    points: FloatArray,
+    colors: FloatArray,
+    weights: FloatArray,
+    price: float,
+    kinds: Sequence[str] = KINDS,
+) -> Paint:
+    """Fit the fill of least squared error and price.
+
+    Parameters
+    ----------
+    points : (n, 2)
+        Pixel centres.
+    colors : (n, 4)
+        Straight RGBA wanted there.
+    weights : (n,)
+        Weight of each pixel's squared error.
+    price : float
+        Of a number, squared error.
+    kinds : sequence of str
+        Which of "solid", "linear" and "radial" may be taken; solid always may.
+
+    Notes
+    -----
+    Linear: of the regression c = m + B (p - mean p), the best B of rank 1 is that of the singular value decomposition
+    of B S^(1/2), S being the covariance of the pixels; its row is the direction. Radial: centres of a grid, the best of
+    which is moved and stretched to an ellipse by a pattern search. Either has a ramp through evenly placed knots, of
+    which stops are left out while that costs less than they do.
+    """
+    step = -(-len(points) // MAX_PIXELS)
+    pixels = _Pixels(points[::step], colors[::step], weights[::step] * step)
+    best = _solid(pixels)
+    enough = NOISE * 3 * pixels.weights.sum()
+    for kind in ("linear", "radial"):
+        if kind not in kinds or best.error <= enough + price * (best.numbers - COLOR_NUMBERS):
+            continue
+        for found in (_linear if kind == "linear" else _radial)(pixels, price):
+            if found.error + price * found.numbers < best.error + price * best.numbers:
+                best = found
+    return best
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Pixels:
+    """Pixel centres (n, 2), straight RGBA (n, 4), and weights (n,)."""
+
+    points: FloatArray
+    colors: FloatArray
+    weights: FloatArray
+
+    def thinned(self, most: int) -> _Pixels:
+        step = -(-len(self.points) // most)
+        return _Pixels(self.points[::step], self.colors[::step], self.weights[::step] * step)
+
+
+def _solid(pixels: _Pixels) -> Paint:
+    color = np.clip(np.average(pixels.colors, axis=0, weights=pixels.weights), 0, 1)
+    error = float(pixels.weights @ np.square(pixels.colors - color).sum(axis=1))
+    return Paint(SOLID, color, np.zeros((3, 2)), np.zeros(0), np.zeros((0, 4)), error)
+
+
+def _ramp(t: FloatArray, pixels: _Pixels, price: float) -> tuple[FloatArray, FloatArray]:
+    """Return places and colours of the stops of a ramp over t, by least squares: each more stop where it is worth it.
+
+    Decided on pixels added up in bins of t; a new stop goes where it helps most, and is moved from there.
+    """
+    low, high = float(t.min()), float(t.max())
+    few = _binned(t, pixels)
+    knots = np.array([low, high])
+    error = float(_fitted(_hats(knots[None], few[0]), *few[1:])[0][0])
+    while len(knots) < MOST_STOPS:
+        center, width = (low + high) / 2, (high - low) / 2
+        best, place = np.inf, center
+        for _ in range(REFINEMENTS):
+            places = np.clip(center + width * np.linspace(-1, 1, PLACES), low, high)
+            trials = np.sort(np.column_stack([np.tile(knots, (PLACES, 1)), places]), axis=1)
+            errors = _fitted(_hats(trials, few[0]), *few[1:])[0]
+            if errors.min() < best:
+                best, place = float(errors.min()), float(places[np.argmin(errors)])
+            center, width = place, 2 * width / (PLACES - 1)
+        if error - best <= STOP_NUMBERS * price:
+            break
+        error, knots = best, np.sort(np.append(knots, place))
+    return knots, np.clip(_fitted(_hats(knots[None], t), pixels.weights, pixels.colors)[1][0], 0, 1)
+
+
+def _binned(t: FloatArray, pixels: _Pixels) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return mean place, weight and mean colour of the bins of t that hold pixels."""
+    low, high = float(t.min()), float(t.max())
+    at = np.minimum(((t - low) * (BINS / max(high - low, 1e-12))).astype(np.int64), BINS - 1)
+    shares = np.bincount(at, pixels.weights, BINS)
+    used = shares > 0
+    sums = np.stack([np.bincount(at, pixels.weights * c, BINS) for c in (t, *pixels.colors.T)], axis=1)
+    means = sums[used] / shares[used, None]
+    return means[:, 0], np.asarray(shares[used], dtype=np.float64), means[:, 1:]
+
+
+def _hats(knots: FloatArray, places: FloatArray) -> FloatArray:
+    """Return the shares of the stops at knots (G, K) in the colours of linear ramps at places (m,): (G, m, K)."""
+    rise = (places[None, :, None] - knots[:, None, :-1]) / np.maximum(np.diff(knots), 1e-12)[:, None]
+    rise = np.clip(rise, 0, 1)  # of each piece, how much of it lies behind
+    ends = np.zeros((*rise.shape[:2], 1))
+    return np.asarray(np.concatenate([ends + 1, rise], axis=2) - np.concatenate([rise, ends], axis=2))
+
+
+def _even_hats(t: FloatArray) -> FloatArray:
+    """Return the shares of evenly placed stops at places t (G, m): (G, m, KNOTS)."""
+    low, high = t.min(axis=1, keepdims=True), t.max(axis=1, keepdims=True)
+    at = (t - low) * ((KNOTS - 1) / np.maximum(high - low, 1e-12))
+    return np.asarray(np.clip(1 - np.abs(at[..., None] - np.arange(KNOTS)), 0, 1))
+
+
+def _fitted(hats: FloatArray, weights: FloatArray, colors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Fit stops to colours (m, 4) by least squares: errors (G,), and colours of the stops (G, K, 4)."""
+    middle = weights @ colors / weights.sum()
+    offset = colors - middle
+    turned = hats.transpose(0, 2, 1) * weights  # (G, K, m)
+    gram = turned @ hats + 1e-6 * weights.sum() * np.eye(
+        hats.shape[2]
+    )  # knots that no pixel is near keep to the middle
+    sums = turned @ offset
+    stops = np.linalg.solve(gram, sums)
+    left = weights @ np.square(offset).sum(axis=1) - (stops * sums).sum(axis=(1, 2))
+    return np.asarray(left), middle + stops
+
+
+def _painted(kind: int, geometry: FloatArray, pixels: _Pixels, price: float) -> Paint:
+    """Return the gradient of a geometry, by least squares, and its error."""
+    positions, stops = _ramp(place_of(kind, geometry, pixels.points), pixels, price)
+    positions = np.clip(positions, 0, 1)
+    paint = Paint(kind, stops.mean(axis=0), geometry, positions, stops, 0.0)
+    error = float(pixels.weights @ np.square(pixels.colors - paint.at(pixels.points)).sum(axis=1))
+    return dataclasses.replace(paint, color=_solid(pixels).color, error=error)
+
+
+def _linear(pixels: _Pixels, price: float) -> list[Paint]:
+    points, weights = pixels.points, pixels.weights
+    center = np.average(points, axis=0, weights=weights)
+    offset = points - center
+    covariance = (offset * weights[:, None]).T @ offset / weights.sum()
+    values, vectors = np.linalg.eigh(covariance)
+    if values[0] <= 1e-6:
+        return []
+    root = vectors * np.sqrt(values)  # root @ root.T is the covariance
+    middle = np.average(pixels.colors, axis=0, weights=weights)
+    slopes = np.linalg.solve(covariance, (offset * weights[:, None]).T @ (pixels.colors - middle) / weights.sum())
+    direction = np.array([1.0, 0.0])
+    if slopes.any():
+        direction = np.linalg.solve(root.T, np.linalg.svd(root.T @ slopes)[0][:, 0])
+
+    few = pixels.thinned(SEARCH_PIXELS)
+
+    def errors(angles: FloatArray) -> FloatArray:
+        t = np.stack([np.cos(angles[:, 0]), np.sin(angles[:, 0])], axis=1) @ (few.points - center).T
+        return _fitted(_even_hats(t), few.weights, few.colors)[0]
+
+    start = np.array([np.arctan2(direction[1], direction[0])])
+    angle = _pattern_search(errors, start, np.array([0.2]), 0.01)[0]
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    t = offset @ direction
+    if not t.max() > t.min():
+        return []
+    ends = center + t.min() * direction, center + t.max() * direction
+    return [_painted(LINEAR, np.array([*ends, (0.0, 0.0)]), pixels, price)]
+
+
+def _radial(pixels: _Pixels, price: float) -> list[Paint]:
+    """Return the best gradient around a circle's centre, and around an ellipse's."""
+    low, high = pixels.points.min(axis=0), pixels.points.max(axis=0)
+    span, few = np.maximum(high - low, 1.0), pixels.thinned(SEARCH_PIXELS)
+    grid = np.stack(np.meshgrid(*[np.linspace(-REACH, REACH, 2 * CENTERS - 1)] * 2), axis=-1).reshape(-1, 2) / 2
+    centers = (low + high) / 2 + grid * span
+
+    def errors(shapes: FloatArray) -> FloatArray:
+        offset = few.points - shapes[:, None, :2]
+        t = np.linalg.norm(offset @ np.stack([_round(shape) for shape in shapes]), axis=2)
+        return _fitted(_even_hats(t), few.weights, few.colors)[0]
+
+    def best(shapes: FloatArray) -> FloatArray:
+        return np.asarray(shapes[np.argmin(errors(shapes))])
+
+    start = best(np.column_stack([centers, np.zeros_like(centers)]))
+    steps = np.array([span[0] / 8, span[1] / 8, 0.0, 0.0])
+    circular = _pattern_search(errors, start, steps, SMALLEST_STEP / span.max())
+    steps = np.array([span[0] / 16, span[1] / 16, 0.2, 0.2])
+    turns = np.linspace(0, 2 * np.pi, STRETCHES, endpoint=False)
+    stretches = 0.4 * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    starts = [np.column_stack([np.tile(c, (STRETCHES, 1)), stretches]) for c in (circular[:2], few.points.mean(axis=0))]
+    starts[0] = np.concatenate([starts[0], circular[None], *_quadric(few)])
+    found = [_pattern_search(errors, best(some), steps, 0.02) for some in starts]
+    elliptic = best(np.array(found))
+    return [
+        _painted(RADIAL, geometry, pixels, price)
+        for shape in (circular, elliptic)
+        if (geometry := _ellipse(shape, pixels.points)) is not None
+    ]
+
+
+def _quadric(pixels: _Pixels) -> list[FloatArray]:
+    """Return the ellipse whose like the level lines of the colours' quadratic regression are, if they are ellipses.
+
+    The colours are those along their principal axis: s = q(p), q = (p - c)^T Q (p - c) + a constant.
+    """
+    middle = np.average(pixels.points, axis=0, weights=pixels.weights)
+    x, y = (pixels.points - middle).T
+    colors = pixels.colors - np.average(pixels.colors, axis=0, weights=pixels.weights)
+    along = colors @ np.linalg.eigh((colors * pixels.weights[:, None]).T @ colors)[1][:, -1]
+    terms = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y], axis=1) * np.sqrt(pixels.weights)[:, None]
+    c = np.linalg.lstsq(terms, along * np.sqrt(pixels.weights), rcond=None)[0]
+    matrix = np.array([[c[3], c[4] / 2], [c[4] / 2, c[5]]])
+    values, vectors = np.linalg.eigh(matrix)
+    if not values[0] * values[1] > 0:
+        return []
+    center = middle - np.linalg.solve(matrix, c[1:3]) / 2
+    root = vectors * (0.5 * np.log(np.abs(values))) @ vectors.T  # the logarithm of the matrix that makes it round
+    return [np.array([[*center, (root[0, 0] - root[1, 1]) / 2, root[0, 1]]])]
+
+
+def _round(shape: FloatArray) -> FloatArray:
+    """Return the symmetric matrix (2, 2) that makes a circle of the ellipse (center, stretch a, stretch b).
+
+    It is the exponential of [[a, b], [b, -a]]: no angle, and nothing special about a circle.
+    """
+    a, b = shape[2:]
+    size = float(np.hypot(a, b))
+    if size == 0:
+        return np.eye(2)
+    limited = min(size, np.log(MOST_STRETCHED) / 2)
+    unit = np.array([[a, b], [b, -a]]) / size
+    return np.asarray(np.cosh(limited) * np.eye(2) + np.sinh(limited) * unit)
+
+
+def _ellipse(shape: FloatArray, points: FloatArray) -> FloatArray | None:
+    """Return centre and ends of the axes (3, 2) of the ellipse about all points."""
+    matrix = _round(shape)
+    radius = float(np.linalg.norm((points - shape[:2]) @ matrix, axis=1).max())
+    if radius <= 0:
+        return None
+    values, vectors = np.linalg.eigh(np.linalg.inv(matrix))
+    axes = radius * values[:, None] * vectors.T
+    return np.array([shape[:2], shape[:2] + axes[0], shape[:2] + axes[1]])
+
+
+def _pattern_search(
+    errors: Callable[[FloatArray], FloatArray], start: FloatArray, steps: FloatArray, smallest: float
+) -> FloatArray:
+    """Minimize by the best step along a coordinate; steps are halved where none helps, down to a share of the first."""
+    moves = np.concatenate([np.diag(steps), -np.diag(steps)])[np.tile(steps > 0, 2)]
+    best, share = start, 1.0
+    least = float(errors(start[None])[0])
+    for _ in range(SEARCH_ROUNDS):
+        trials = best + share * moves
+        costs = errors(trials)
+        if costs.min() < (1 - LEAST_PROGRESS) * least:
+            best, least = trials[np.argmin(costs)], float(costs.min())
+            continue
+        share /= 2
+        if share < smallest:
+            break
+    return best

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures placed by structure: flat or of shaded regions, whose layers show what they show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support.shapes import rectangle
+
+import livecl
+from livecl.drawing import LINEAR, SOLID, Drawing, Fills
+from livecl.drawing.fills import concatenate_fills
+from livecl.layering.ramps import Shading
+from livecl.layering.structure import finding
+from livecl.layering.structure.finding import found_structure
+
+WHITE, MANY = np.ones(3), 99
+SHADING = Shading(("linear", "radial"), 5e-6 / 28)
+WARM, COOL = (0.9, 0.2, 0.1, 1.0), (0.1, 0.3, 0.8, 1.0)
+
+
+def two_squares(level: float) -> NDArray[np.float32]:
+    image = np.ones((64, 64, 3), np.float32)
+    image[10:40, 10:40] = (level, 0.2, 0.2)
+    image[25:55, 25:55] = (0.1, 0.3, 0.8)
+    return image
+
+
+def test_flat_pictures_are_structured_and_ramps_are_not() -> None:
+    assert found_structure(two_squares(0.9), WHITE, MANY)
+    assert not found_structure(np.ones((64, 64, 3), np.float32), WHITE, MANY)  # nothing but ground
+    ramp = np.linspace(0, 1, 64, dtype=np.float32)[None, :, None] * np.ones((64, 1, 3), np.float32)
+    assert not found_structure(ramp, WHITE, MANY)
+
+
+def test_layers_that_hide_what_the_picture_shows_are_no_structure(monkeypatch: pytest.MonkeyPatch) -> None:
+    find_layers = finding.find_layers
+    monkeypatch.setattr(finding, "find_layers", lambda *arguments: find_layers(*arguments)[::-1])
+    # Reversed, the lower square comes last and is whole: it hides a quarter of the other, 225 of 4096 px.
+    assert found_structure(two_squares(0.7), WHITE, MANY)
+    monkeypatch.setattr(finding, "find_layers", lambda *arguments: find_layers(*arguments)[:1])
+    # Of 64 x 64 px, 900 show the other square: more than a tenth of those within regions.
+    assert not found_structure(two_squares(0.6), WHITE, MANY)
+
+
+def test_too_few_paths_for_the_shapes_are_no_structure() -> None:
+    assert found_structure(two_squares(0.9), WHITE, 2)
+    assert not found_structure(two_squares(0.9), WHITE, 1)  # a square of 675 px or more would be left out
+    speck = two_squares(0.9)
+    speck[5:8, 5:8] = 0.5  # 9 px of half the contrast: 9 / 4 of 4096 px is 5.5e-4, in all channels
+    assert not found_structure(speck, WHITE, 2)
+    speck[5:8, 5:8] = 0.6
+    assert found_structure(speck, WHITE, 2)
+
+
+def shaded_bars(device: int) -> NDArray[np.float32]:
+    """Return two pairs of bars on white; the bars of a pair share a ramp."""
+    ramps = [Fills.linear((8, 0), (120, 0), stops) for stops in ([WARM, COOL], [COOL, WARM])]
+    pairs = [[rectangle(8, top, 120, top + 14), rectangle(8, top + 20, 120, top + 34)] for top in (8, 52)]
+    drawing = Drawing.from_outlines(pairs, WARM, (96, 128), fills=concatenate_fills(ramps))
+    return np.asarray(np.round(livecl.render(drawing, device) * 255) / 255, dtype=np.float32)
+
+
+def test_shaded_regions_are_structured_where_gradients_are_allowed(device: int) -> None:
+    image = shaded_bars(device)
+    assert found_structure(image, WHITE, MANY) is None
+    found = found_structure(image, WHITE, MANY, SHADING)
+    assert found is not None
+    assert found.shaded
+    assert [int(found.fills_of(k).kinds[0]) for k in found.ranked] == [LINEAR] * 4
+    assert found_structure(image, WHITE, MANY, Shading(("radial",), 1e-3)) is None
+
+
+def test_layers_of_one_ramp_are_united_where_paths_are_few(device: int) -> None:
+    found = found_structure(shaded_bars(device), WHITE, 2, SHADING)
+    assert found is not None
+    assert [len(found.layers[k].outlines) for k in found.ranked] == [2, 2]
+    assert found_structure(shaded_bars(device), WHITE, 1, SHADING) is None  # the two ramps are not one
+
+
+def test_flat_pictures_have_no_gradients() -> None:
+    found = found_structure(two_squares(0.9), WHITE, MANY, SHADING)
+    assert found is not None
+    assert not found.shaded
+    assert {int(found.fills_of(k).kinds[0]) for k in found.ranked} == {SOLID}
