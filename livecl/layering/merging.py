@@ -54,7 +54,7 @@ class Merged:
 
 
 def merge_neighbors(context: Context, drawing: Drawing, free: NDArray[np.bool_], tolerance: float) -> Merged:
-    """Merge `free` layers, (N,), as long as the mean squared error rises by at most `tolerance` for each.
+    """Merge `free` layers, (N,), as long as the mean squared error rises by at most `tolerance` in all.
 
     Two layers that touch, of the same colour (:func:`livecl.layering.neighbors.mergeable_pairs`), become one where
     most of their visible pixels lie in the same flat region of the picture. The new outline is that of both
@@ -108,7 +108,7 @@ def _best(context: Context, drawing: Drawing, alphas: NDArray[Any], pair: tuple[
     merge is composited from these, within the window where something changes.
     """
     (lower, upper), target = pair, context.target
-    larger = max(pair, key=lambda layer: int(np.diff(drawing.segment_offsets)[layer]))
+    larger = max(pair, key=lambda layer: float(alphas[layer].sum()))
     mask = np.maximum(alphas[lower], alphas[upper]) > VISIBLE_SHARE
     both = [drawing.points[subpath] for layer in pair for subpath in drawing.subpaths(layer)]
     outlines = [both, *fitted_outlines(mask, context.options)[::FIT_STEP]]

@@ -105,3 +105,80 @@ def test_parts_of_two_regions_of_the_picture_stay(rasterizer: Rasterizer) -> Non
     target = rasterizer.forward(drawing).copy()
     target[10:22, 19:21] = 0
     assert _merged(drawing, rasterizer, target=target).sources.tolist() == [0, 1, 2, 3]
+
+
+def test_the_errors_of_several_merges_add_up(rasterizer: Rasterizer) -> None:
+    other = (0.94, 0.14, 0.24, 1.0)
+
+    def bars(tops: tuple[int, ...]) -> Drawing:
+        halves = [([rectangle(x, top, x + 18, top + 8)], c) for top in tops for x, c in ((2, RED), (20, other))]
+        return shapes.build(halves, SIZE)
+
+    one = bars((4,))
+    merged = _merged(one, rasterizer, 1.0).drawing
+    cost = visible_mse(rasterizer.forward(merged), rasterizer.forward(one))
+    assert merged.num_layers == 1 and cost > 1e-5
+    for factor, left in ((0.9, 4), (1.5, 3), (2.1, 2)):
+        assert _merged(bars((4, 18)), rasterizer, factor * cost).drawing.num_layers == left
+
+
+def test_a_pair_that_would_cost_too_much_is_tried_once(rasterizer: Rasterizer) -> None:
+    # Two bars of two halves. The halves of the smaller one differ; they are not tried again after the other's merge.
+    parts = [(2, 4, 12, RED), (20, 4, 12, (0.94, 0.14, 0.24, 1.0)), (2, 18, 30, RED), (20, 18, 30, RED)]
+    drawing = shapes.build([([rectangle(x, top, x + 18, bottom)], c) for x, top, bottom, c in parts], SIZE)
+    target = rasterizer.forward(drawing)
+    tried: list[int] = []
+    # With eight segments, as many as both halves have, the merge of equal ones costs nothing.
+    context = Context(rasterizer, target, Options(segments=8), lambda: tried.append(1))
+    merged = merge_neighbors(context, drawing, np.ones(4, bool), 18 * 8 * 0.03**2 / (SIZE[0] * SIZE[1]))
+    assert merged.sources.tolist() == [0, 1, -1]
+    assert len(tried) == 2
+
+
+def test_an_error_that_falls_does_not_pay_for_other_merges(rasterizer: Rasterizer) -> None:
+    # The picture has no gap between the halves of the smaller bar; those of the larger one differ.
+    gap = [(2, 4, 20, 12, RED), (20.4, 4, 38, 12, RED)]
+    differing = [(2, 18, 20, 30, RED), (20, 18, 38, 30, (0.94, 0.14, 0.24, 1.0))]
+    drawing = shapes.build([([rectangle(*box)], color) for *box, color in gap + differing], SIZE)
+    target = rasterizer.forward(drawing).copy()
+    target[4:12, 18:23] = RED[:3]
+    merged = _merged(drawing, rasterizer, 1e-6, target=target, segments=8)
+    assert merged.sources.tolist() == [-1, 2, 3]
+    assert visible_mse(rasterizer.forward(merged.drawing), target) < visible_mse(rasterizer.forward(drawing), target)
+
+
+@pytest.mark.parametrize(("x", "radius", "sources"), [(8, 7, [-1, 1]), (29, 8, [1, -1])])
+def test_what_lies_between_two_layers_stays_above_or_below_them(
+    x: float, radius: float, sources: list[int], rasterizer: Rasterizer
+) -> None:
+    layers = [([rectangle(2, 10, 20, 22)], RED), ([circle((x, 16), radius)], BLUE), ([rectangle(20, 10, 38, 22)], RED)]
+    assert _merged(shapes.build(layers, SIZE), rasterizer).sources.tolist() == sources
+
+
+def test_an_outline_of_few_segments_may_cost_a_little(rasterizer: Rasterizer) -> None:
+    # Both outlines as they are would be exact, with eight segments.
+    merged = _merged(_halves(), rasterizer).drawing
+    assert sum(len(merged.points[subpath]) for subpath in merged.subpaths(1)) < 8
+
+
+def test_both_outlines_are_kept_where_none_of_few_segments_follows_them(rasterizer: Rasterizer) -> None:
+    drawing = shapes.build([([rectangle(2, 4, 10, 28)], RED), ([rectangle(10, 20, 36, 28)], RED)], SIZE)
+    merged = _merged(drawing, rasterizer, 1e-6, max_segments=4)
+    assert merged.sources.tolist() == [-1]
+    np.testing.assert_array_equal(merged.drawing.points, drawing.points)
+
+
+@pytest.mark.parametrize("split", [10, 30])
+def test_the_color_is_that_of_the_larger_part(split: float, rasterizer: Rasterizer) -> None:
+    other = (0.94, 0.14, 0.24, 1.0)
+    boxes = [([rectangle(2, 10, split, 22)], RED), ([rectangle(split, 10, 38, 22)], other)]
+    merged = _merged(shapes.build(boxes, SIZE), rasterizer)
+    np.testing.assert_array_equal(merged.drawing.colors, [RED if split > 20 else other])
+
+
+def test_small_parts_are_merged_first(rasterizer: Rasterizer) -> None:
+    other = (0.94, 0.14, 0.24, 1.0)
+    parts = [(2, 18, 30, RED), (20, 18, 30, other), (2, 4, 12, RED), (20, 4, 12, other)]
+    drawing = shapes.build([([rectangle(x, top, x + 18, bottom)], c) for x, top, bottom, c in parts], SIZE)
+    either = 18 * 12 * 0.04**2 / (SIZE[0] * SIZE[1])
+    assert _merged(drawing, rasterizer, 1.1 * either, segments=8).sources.tolist() == [0, 1, -1]
