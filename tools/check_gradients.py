@@ -4,7 +4,7 @@
 
 Prints how the relative errors are distributed. A drawing whose error is larger than rounding allows must owe it to
 pixels at a kink of the coverage, min(|A|, 1) with |A| near 0 or 1, where both precisions may be right; otherwise it is
-wrong, and named.
+wrong, and named. Of gradient fills there are kinks at the stops, too.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ exit codes: 0 all within tolerance, 1 some are not, 2 bad arguments
 """
 
 
-def describe(finding: Finding, seed: int) -> str:
+def describe(finding: Finding, seed: int, fills: bool) -> str:
     """Return a line on a finding and its drawing."""
-    scene = random_scene(seed, finding.index)
+    scene = random_scene(seed, finding.index, fills)
     drawing = scene.case.drawing
     return (
         f"drawing {finding.index}: {finding.what}: relative {finding.relative:.2e}, {finding.of_rounding:.2g} times "
@@ -45,13 +45,14 @@ def main(argv: list[str] | None = None) -> int:
     )
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the drawings (%(default)s)")
     parser.add_argument("--first", type=int, default=0, metavar="I", help="begin with drawing I (%(default)s)")
+    parser.add_argument("--fills", action="store_true", help="the same drawings with solid, linear and radial fills")
     parser.add_argument("--worst", type=int, default=5, metavar="N", help="describe the N worst (%(default)s)")
     parser.add_argument("--device", metavar="DEVICE", help="OpenCL device, by index or part of its name")
     arguments = parser.parse_args(argv)
     if arguments.drawings < 1 or arguments.seed < 0 or arguments.first < 0:
         parser.error("--drawings: wanted at least 1; --seed and --first: at least 0")
     differences = arguments.drawings // 20 if arguments.differences is None else arguments.differences
-    comparer = Comparer(arguments.seed, arguments.device)
+    comparer = Comparer(arguments.seed, arguments.device, arguments.fills)
     findings: list[Finding] = []
     start = time.perf_counter()
     for index in range(arguments.first, arguments.first + arguments.drawings):
@@ -66,7 +67,7 @@ def main(argv: list[str] | None = None) -> int:
     for title, some in (("nearest to the tolerance, or beyond it", beyond), ("largest relative errors", largest)):
         print(f"\n{title}:")
         for finding in some[: arguments.worst]:
-            print(describe(finding, arguments.seed))
+            print(describe(finding, arguments.seed, arguments.fills))
     return 1 if any(not finding.of_allowed <= 1 for finding in findings) else 0
 
 

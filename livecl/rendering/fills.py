@@ -15,8 +15,11 @@ FloatArray = NDArray[np.float64]
 #: Reals of a record for the geometry and for each stop, of a layer and of a stop; the same as in kernels/fill.h.
 D_GEOMETRY, D_STOP = 6, 5
 FILL_REALS = 12
-#: Share of its axes' lengths squared below which an ellipse has no area.
+#: Share of its axes' lengths squared below which an ellipse has no area; width of stops that are a step.
 _FLAT = 1e-12
+#: Length, px, below which a linear gradient is a step across the canvas, and an ellipse a point: of numbers near the
+#: smallest, the quotients are infinite.
+_SHORT = 1e-9
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,15 +46,15 @@ def record_reals(fills: Fills) -> int:
     return D_GEOMETRY + D_STOP * int(np.diff(fills.stop_offsets).max())
 
 
-def _maps(fills: Fills) -> tuple[FloatArray, NDArray[np.bool_]]:
+def place_maps(fills: Fills) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Return A of each layer, (N, 2, 2), and whether it has one; (u, v) = A (p - origin)."""
     maps = np.zeros((len(fills), 2, 2))
     axes = np.swapaxes(fills.geometry[:, 1:] - fills.geometry[:, :1], 1, 2)  # columns: p1 - p0; e1 - c and e2 - c
-    square = (axes[:, :, 0] ** 2).sum(axis=1)
-    linear = (fills.kinds == LINEAR) & (square > 0)
-    maps[linear, 0] = axes[linear, :, 0] / square[linear, None]
-    determinant = np.linalg.det(axes)
-    radial = (fills.kinds == RADIAL) & (np.abs(determinant) > _FLAT * (axes**2).sum(axis=(1, 2)))
+    length = np.hypot(*axes[:, :, 0].T)
+    linear = (fills.kinds == LINEAR) & (length > 0)
+    maps[linear, 0] = axes[linear, :, 0] / length[linear, None] / np.maximum(length[linear, None], _SHORT)
+    size = (axes**2).sum(axis=(1, 2))
+    radial = (fills.kinds == RADIAL) & (np.abs(np.linalg.det(axes)) > _FLAT * size) & (size > _SHORT**2)
     maps[radial] = np.linalg.inv(axes[radial])
     return maps, linear | radial
 
@@ -59,7 +62,7 @@ def _maps(fills: Fills) -> tuple[FloatArray, NDArray[np.bool_]]:
 def pack_fills(fills: Fills) -> FloatArray:
     """Return the numbers of all fills as kernels/fill.h lays them out."""
     num, offsets = len(fills), fills.stop_offsets
-    maps, regular = _maps(fills)
+    maps, regular = place_maps(fills)
     table = np.zeros((num, FILL_REALS))
     table[:, 0] = fills.kinds
     table[:, 1] = 4 + FILL_REALS * num + 6 * offsets[:-1]
@@ -77,7 +80,7 @@ def pack_fills(fills: Fills) -> FloatArray:
 
 
 def fill_gradients(fills: Fills, sums: FloatArray) -> FillGradients:
-    """Return the gradient by points and stops from the sums of the records, (N, reals).
+    """Return the gradient by points and stops from the sums of the records, (N, reals); of steps, none by points.
 
     With d_u, d_v summed into d (2,), and d_A (2, 2), both from kernels/fill.h, and q = p - origin:
 
@@ -86,7 +89,7 @@ def fill_gradients(fills: Fills, sums: FloatArray) -> FillGradients:
         linear  row = a / |a|^2, a = p1 - p0:   d_a = (d_row - 2 (d_row . a) row) / |a|^2,  as row . a = 1
                 d_p1 = d_a,   d_p0 = -d_a - row d_u
     """
-    maps, regular = _maps(fills)
+    maps, regular = place_maps(fills)
     d_place, d_maps = sums[:, :2], sums[:, 2:D_GEOMETRY].reshape(-1, 2, 2)
     geometry = np.zeros_like(fills.geometry)
     transposed = np.swapaxes(maps, 1, 2)
@@ -97,8 +100,9 @@ def fill_gradients(fills: Fills, sums: FloatArray) -> FillGradients:
     geometry[radial, 1:] = np.swapaxes(d_axes, 1, 2)[radial]
     geometry[radial, 0] = d_origin[radial] - geometry[radial, 1:].sum(axis=1)
 
-    linear = (fills.kinds == LINEAR) & regular
-    along = (fills.geometry[:, 1] - fills.geometry[:, 0])[linear]
+    along = fills.geometry[:, 1] - fills.geometry[:, 0]
+    linear = (fills.kinds == LINEAR) & (np.hypot(*along.T) > _SHORT)
+    along = along[linear]
     d_row, row = d_maps[linear, 0], maps[linear, 0]
     square = (along**2).sum(axis=1, keepdims=True)
     geometry[linear, 1] = (d_row - 2 * (d_row * along).sum(axis=1, keepdims=True) * row) / square

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.drawing.drawing import Drawing
 from reference.composite import composite_forward
 from reference.coverage import coverage
+from reference.fill import layer_paints
 from reference.flatten import flatten
 
 
@@ -26,4 +27,5 @@ def layer_coverages(drawing: Drawing, pieces: ArrayLike) -> NDArray[np.float64]:
 
 def render(drawing: Drawing, pieces: ArrayLike) -> NDArray[np.float64]:
     """Return the image: (H, W, 3), or premultiplied (H, W, 4) where there is no background."""
-    return composite_forward(layer_coverages(drawing, pieces), drawing.colors, drawing.background)[0]
+    colors = layer_paints(drawing) if drawing.fills.any_gradients else drawing.colors
+    return composite_forward(layer_coverages(drawing, pieces), colors, drawing.background)[0]

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing import LINEAR, SOLID, Drawing
-from reference.composite import composite_forward
 
 FloatArray = NDArray[np.float64]
 
@@ -18,8 +17,11 @@ def places(points: FloatArray, kind: int, size: tuple[int, int]) -> FloatArray:
     centers = np.stack([column, row], axis=-1) + 0.5
     if kind == LINEAR:
         along = points[1] - points[0]
-        square = float(along @ along)
-        return (centers - points[0]) @ along / square if square > 0 else np.full(size, np.inf)
+        length = float(np.hypot(*along))
+        if not length:
+            return np.full(size, np.inf)
+        with np.errstate(over="ignore"):  # of points that all but coincide, infinite on either side
+            return (centers - points[0]) @ (along / length) / length
     axes = (points[1:] - points[0]).T
     if not np.linalg.det(axes):
         return np.full(size, np.inf)
@@ -49,8 +51,3 @@ def layer_paints(drawing: Drawing) -> FloatArray:
         for pixel in np.ndindex(drawing.size):
             paints[layer][pixel] = stop_color(fills.stop_positions[own], fills.stop_colors[own], float(t[pixel]))
     return paints
-
-
-def fill_render(coverage: FloatArray, drawing: Drawing) -> FloatArray:
-    """Return the image (H, W, 3), or premultiplied (H, W, 4), of coverages (N, H, W) and the drawing's fills."""
-    return composite_forward(coverage, layer_paints(drawing), drawing.background)[0]

@@ -15,15 +15,11 @@ import reference
 from livecl.drawing.drawing import Drawing
 from reference.composite import composite_backward
 from reference.coverage import lines_of, winding_area
+from reference.fill import layer_paints
 from reference.flatten import flatten
+from reference.places import DEVIATIONS, ROUNDING, UNIT, gradient_places
 
 FloatArray = NDArray[np.float64]
-
-#: Relative error of one rounding in float32.
-UNIT = 2.0**-24
-
-#: Standard deviations allowed. One in 2 million lies beyond 5, and some 100 000 numbers are compared.
-DEVIATIONS = 5
 
 #: Roundings of a position, each of the coordinates' size: 3 sums in a vertex; 4 conversions, 4 weights and 4 products,
 #: whose squares add up to no more than one such rounding for each kind; 4 for where a line meets a pixel border.
@@ -41,21 +37,42 @@ def coverage_tolerance(drawing: Drawing, pieces: ArrayLike) -> FloatArray:
     return DEVIATIONS * _coverage_deviation(drawing, pieces)
 
 
-def image_tolerance(drawing: Drawing, pieces: ArrayLike) -> float:
-    """Return the error allowed for the image."""
-    return DEVIATIONS * _image_deviation(drawing, pieces)
+def image_tolerance(drawing: Drawing, pieces: ArrayLike) -> FloatArray:
+    """Return the error allowed for each pixel of the image: (H, W, 1)."""
+    tolerance = DEVIATIONS * np.sqrt(image_variance(drawing, pieces))
+    for places in gradient_places(drawing).values():
+        tolerance += places.doubtful_steps
+    return tolerance[..., None]
+
+
+def image_variance(drawing: Drawing, pieces: ArrayLike, outlines: float = 1, places: float = 1) -> FloatArray:
+    """Return the variance of the image, (H, W): of outlines, of the places of gradients (both by a factor), of `over`.
+
+    A colour's error counts by the layer's alpha, one of its opacity by the coverage, times up to 1.
+    """
+    layers = _opacities(drawing) * _coverage_deviation(drawing, pieces)
+    rounding = OVER_ROUNDINGS * (drawing.num_layers + 1) * ROUNDING
+    variance = np.full(drawing.size, outlines * float(np.sum(layers**2)) + rounding)
+    if drawing.fills.any_gradients:
+        shares = reference.layer_coverages(drawing, pieces)
+        for layer, own in gradient_places(drawing).items():
+            variance += places * 2 * shares[layer] ** 2 * own.color_variance
+    return variance
 
 
 def colors_tolerance(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -> float:
     """Return the error allowed for an entry of d_colors and d_background.
 
     It is a sum over P pixels of d_image times numbers up to 1 that are off by what the image is off. Neighbouring
-    pixels share a vertex's error, some 3 of them, which adds a root of 3. Each of the sum's P roundings is of a partial
-    sum, which is no larger than the root of P such products where signs are mixed.
+    pixels share a vertex's error, some 3 of them, which adds a root of 3; those of a row or a column share an error of
+    a gradient's place. Each of the sum's P roundings is of a partial sum, which is no larger than the root of P such
+    products where signs are mixed.
     """
-    size = float(np.linalg.norm(d_image)) * np.sqrt(d_image.shape[2])
+    size = np.sum(d_image**2, axis=2) * d_image.shape[2]
     num_pixels = drawing.size[0] * drawing.size[1]
-    return DEVIATIONS * size * float(np.sqrt(3 * _image_deviation(drawing, pieces) ** 2 + num_pixels * UNIT**2 / 3))
+    variance = image_variance(drawing, pieces, 3, max(drawing.size)) + num_pixels * ROUNDING
+    steps = sum((places.doubtful_steps for places in gradient_places(drawing).values()), np.zeros(drawing.size))
+    return float(DEVIATIONS * np.sqrt(np.sum(size * variance)) + np.sum(np.sqrt(size) * steps))
 
 
 def points_tolerance(
@@ -77,12 +94,15 @@ def points_rounding(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) ->
 
     A line's ends receive n times the sum over its C crossed pixels of g times an integral over the line's share in the
     pixel, |n| being its length. In each pixel both ends of the share are off by a position's error, times g; and
-    g = opacity G . (c - C) is off by what the image is off. A control point receives from its own segment's lines and
-    from those of the one before.
+    g = opacity G . (c - C) is off by what the image is off, or the opacity itself, of a gradient. A control point
+    receives from its own segment's lines and from those of the one before.
     """
     pieces = np.asarray(pieces)
     d_coverage = _d_coverage(drawing, pieces, d_image)
-    g_deviation = drawing.colors[:, 3] * np.sqrt(np.max(np.sum(d_image**2, axis=2))) * _image_deviation(drawing, pieces)
+    variance = _opacities(drawing) ** 2 * np.max(image_variance(drawing, pieces, 1, max(drawing.size)))
+    for layer, places in gradient_places(drawing).items():
+        variance[layer] += max(drawing.size) * d_image.shape[2] * np.max(places.color_variance)
+    g_deviation = np.sqrt(np.max(np.sum(d_image**2, axis=2)) * variance)
     tolerances = []
     for layer, outlines in enumerate(flatten(drawing, pieces)):
         start, end = lines_of(outlines)
@@ -117,13 +137,22 @@ def share_of_snapped(drawing: Drawing, pieces: ArrayLike) -> FloatArray:
     share = np.zeros(drawing.size)
     for layer, outlines in enumerate(flatten(drawing, pieces)):
         area = np.abs(winding_area(outlines, drawing.size))
-        share += drawing.colors[layer, 3] * np.where(area <= band[layer], area, 0.0)
+        share += _opacities(drawing)[layer] * np.where(area <= band[layer], area, 0.0)
     return share[..., None]
 
 
 def _d_coverage(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -> FloatArray:
     shares = reference.layer_coverages(drawing, pieces)
-    return np.abs(composite_backward(d_image, shares, drawing.colors, drawing.background)[0])
+    colors = layer_paints(drawing) if drawing.fills.any_gradients else drawing.colors
+    return np.abs(composite_backward(d_image, shares, colors, drawing.background)[0])
+
+
+def _opacities(drawing: Drawing) -> FloatArray:
+    """Return the opacity of each layer, of gradients that of the most opaque stop: (N,)."""
+    opacities, fills = drawing.colors[:, 3].copy(), drawing.fills
+    for layer in fills.gradient_layers:
+        opacities[layer] = np.max(fills.stop_colors[fills.stops(int(layer)), 3])
+    return opacities
 
 
 def _coverage_deviation(drawing: Drawing, pieces: ArrayLike) -> FloatArray:
@@ -144,11 +173,6 @@ def _coverage_deviation(drawing: Drawing, pieces: ArrayLike) -> FloatArray:
         sums = (per_row + drawing.size[1]) * (UNIT * max(1, per_row / 2)) ** 2 / 3
         deviations.append(np.sqrt(per_pixel * (2 * _position_deviation(drawing)) ** 2 + sums))
     return np.array(deviations)
-
-
-def _image_deviation(drawing: Drawing, pieces: ArrayLike) -> float:
-    layers = drawing.colors[:, 3] * _coverage_deviation(drawing, pieces)
-    return float(np.sqrt(np.sum(layers**2) + OVER_ROUNDINGS * (drawing.num_layers + 1) * UNIT**2 / 3))
 
 
 def _position_deviation(drawing: Drawing) -> float:

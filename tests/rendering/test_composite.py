@@ -35,7 +35,7 @@ def test_float_image_against_reference(rasterizer_for: RasterizerFor, name: str)
     image = rasterizer_for(case.drawing.size, np.float32).forward(case.drawing, pieces=case.pieces)
     assert image.dtype == np.float32
     error = np.abs(image - reference.render(case.drawing, case.pieces))
-    assert np.max(error) <= image_tolerance(case.drawing, case.pieces)
+    assert np.all(error <= image_tolerance(case.drawing, case.pieces))
 
 
 @pytest.mark.parametrize("name", [*drawings.ALL_CASES, *drawings.CROWDS])
@@ -86,8 +86,8 @@ def test_loss_is_the_weighted_squared_error(rasterizer_for: RasterizerFor, dtype
         error, d_image = squared_error(image, target)
         expected = float(np.sum(weight * error))
         # d(loss) = weight |d_image| d(image), summed; and the rounding of as many partial sums.
-        slope = float(np.sum(weight[..., None] * np.abs(d_image)))
-        rounding = slope * image_tolerance(case.drawing, case.pieces) + UNIT * image.size * expected
+        slopes = weight[..., None] * np.abs(d_image)
+        rounding = float(np.sum(slopes * image_tolerance(case.drawing, case.pieces))) + UNIT * image.size * expected
         assert isinstance(loss, float)
         assert loss == pytest.approx(expected, rel=0, abs=rounding if dtype is np.float32 else 1e-8)
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from reference import differences
 from reference.composite import squared_error
+from reference.fill_rounding import fills_tolerances
+from reference.places import same_numbers
 from reference.rounding import (
     SNAP,
     colors_tolerance,
@@ -20,15 +22,10 @@ from reference.rounding import (
 )
 from support.case_losses import Losses
 
-from gradient_checks.findings import Finding, FloatArray
+from gradient_checks.fills import FILL_PARTS, fill_differences
+from gradient_checks.findings import ENTRIES, LOSSES, RELATIVE, Finding, FloatArray, least
 from gradient_checks.scenes import Scene, random_scene
 from livecl.rendering.rasterizer import Rasterizer
-
-#: Of a derivative by differences, over the norm of the gradient: reference/differences.py derives it.
-RELATIVE = 1e-6
-LOSSES = ("linear", "quadratic")
-#: Entries of the points and of the colours that are moved in each drawing.
-ENTRIES = 8
 
 
 class Comparer:
@@ -40,10 +37,12 @@ class Comparer:
         Of the drawings.
     device : int, str or None
         OpenCL device; it must have double precision.
+    fills : bool
+        Whether the drawings have gradient fills.
     """
 
-    def __init__(self, seed: int, device: int | str | None = None) -> None:
-        self.seed, self.device = seed, device
+    def __init__(self, seed: int, device: int | str | None = None, fills: bool = False) -> None:
+        self.seed, self.device, self.fills = seed, device, fills
         self._rasterizers: dict[tuple[tuple[int, int], type], Rasterizer] = {}
 
     def _losses(self, scene: Scene, dtype: type) -> Losses:
@@ -54,7 +53,11 @@ class Comparer:
 
     def single_with_double(self, index: int) -> list[Finding]:
         """Return how far image and gradients of the float build lie from those of the double build."""
-        scene = random_scene(self.seed, index)
+        with same_numbers():
+            return self._single_with_double(index)
+
+    def _single_with_double(self, index: int) -> list[Finding]:
+        scene = random_scene(self.seed, index, self.fills)
         drawing, pieces = scene.case.drawing, scene.case.pieces
         single, double = self._losses(scene, np.float32), self._losses(scene, np.float64)
         image, allowed = double.rasterizer.forward(drawing, pieces), image_tolerance(drawing, pieces)
@@ -83,6 +86,11 @@ class Comparer:
                 findings.append(
                     Finding.of(index, f"d_background, {loss}", found.background, exact.background, tolerance)
                 )
+            if exact.fills is not None and found.fills is not None:
+                variance, doubt = fills_tolerances(drawing, pieces, d_image)
+                for part in FILL_PARTS:
+                    numbers = (getattr(fills, part) for fills in (found.fills, exact.fills, variance, doubt))
+                    findings.append(Finding.of(index, f"d_{part}, {loss}", *numbers))
         return findings
 
     @staticmethod
@@ -93,7 +101,7 @@ class Comparer:
 
     def double_with_differences(self, index: int) -> list[Finding]:
         """Return how far some entries of the double build's gradients lie from central differences."""
-        scene = random_scene(self.seed, index)
+        scene = random_scene(self.seed, index, self.fills)
         drawing = scene.case.drawing
         losses, rng = self._losses(scene, np.float64), np.random.default_rng([self.seed, index, 1])
         points = rng.choice(drawing.points.size, min(ENTRIES, drawing.points.size), replace=False)
@@ -105,7 +113,7 @@ class Comparer:
         findings = []
         for k, (loss, gradients) in enumerate(zip(LOSSES, losses.gradients(), strict=True)):
             what = f"differences: d_points, {loss}"
-            norm = max(float(np.linalg.norm(gradients.points)), _least(d_images[k]))
+            norm = max(float(np.linalg.norm(gradients.points)), least(d_images[k]))
             found = gradients.points.ravel()[points]
             finding = Finding.of(index, what, found, by_points[k], RELATIVE * norm, norm=norm)
             if finding.of_rounding > 1:
@@ -115,13 +123,8 @@ class Comparer:
                 allowed = kinks[drawing.segment_layers[points // 6]]
                 finding = Finding.of(index, what, found, by_points[k], RELATIVE * norm, allowed, norm=norm)
             findings.append(finding)
-            norm = max(float(np.linalg.norm(gradients.colors)), _least(d_images[k]))
+            norm = max(float(np.linalg.norm(gradients.colors)), least(d_images[k]))
             found = gradients.colors.ravel()[colors]
             what = f"differences: d_colors, {loss}"
             findings.append(Finding.of(index, what, found, by_colors[k], RELATIVE * norm, norm=norm))
-        return findings
-
-
-def _least(d_image: FloatArray) -> float:
-    """Return a gradient that is small for the loss: where nothing of the layers shows, differences still round."""
-    return 1e-3 * float(np.linalg.norm(d_image))
+        return findings + (fill_differences(index, losses, rng) if drawing.fills.any_gradients else [])

@@ -11,6 +11,17 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+#: Of a derivative by differences, over the norm of the gradient: reference/differences.py derives it.
+RELATIVE = 1e-6
+LOSSES = ("linear", "quadratic")
+#: Entries of each kind that are moved in each drawing.
+ENTRIES = 8
+
+
+def least(d_image: FloatArray) -> float:
+    """Return a gradient that is small for the loss: where nothing of the layers shows, differences still round."""
+    return 1e-3 * float(np.linalg.norm(d_image))
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Finding:

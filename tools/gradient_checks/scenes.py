@@ -11,6 +11,8 @@ from support import drawings
 from support.drawings import Case
 from support.shapes import Path
 
+from livecl.drawing import LINEAR, RADIAL, SOLID, Drawing, Fills
+
 #: Canvases, (height, width): whole tiles and not, one pixel, one row. Few, as each has rasterizers of its own.
 SIZES = ((16, 16), (24, 31), (13, 7), (1, 1), (1, 41), (33, 50), (64, 48))
 #: Most drawings have few layers; some have more than a run of the compositing kernel (32) holds.
@@ -38,8 +40,8 @@ class Scene:
     on_borders: NDArray[np.bool_]
 
 
-def random_scene(seed: int, index: int) -> Scene:
-    """Return drawing `index` of a seed; it does not depend on those before."""
+def random_scene(seed: int, index: int, fills: bool = False) -> Scene:
+    """Return drawing `index` of a seed, or the same with random fills; it does not depend on those before."""
     rng = np.random.default_rng([seed, index])
     size = SIZES[rng.integers(len(SIZES))]
     many = rng.uniform() < MANY_SHARE
@@ -49,7 +51,44 @@ def random_scene(seed: int, index: int) -> Scene:
     background = None if rng.uniform() < 0.35 else rng.uniform(size=3)
     drawing = drawings.build(layers, size, background)
     case = drawings.varied_pieces(drawing, int(rng.integers(2**31)), MAX_PIECES)
+    if fills:
+        filled = drawing.replace(fills=random_fills(drawing, np.random.default_rng([seed, index, 2])))
+        case = Case(drawing=filled, pieces=case.pieces)
     return Scene(case=case, kinds=kinds, on_borders=np.array([kind == "on borders" for kind in kinds]))
+
+
+def random_fills(drawing: Drawing, rng: np.random.Generator) -> Fills:
+    """Return a fill for each layer, a quarter of them solid; gradients lie about the layer, some are degenerate."""
+    kinds = rng.choice((SOLID, LINEAR, RADIAL), drawing.num_layers, p=(0.25, 0.375, 0.375))
+    counts = np.where(kinds == SOLID, 0, rng.choice((2, 2, 3, 5), drawing.num_layers))
+    geometry = np.zeros((drawing.num_layers, 3, 2))
+    positions = []
+    for layer in range(drawing.num_layers):
+        points = drawing.points[drawing.segment_layers == layer].reshape(-1, 2).clip(-50, 100)
+        size = max(1.0, float(np.ptp(points, axis=0).max()))
+        origin = points.mean(axis=0) + size * rng.normal(0, 0.4, 2)
+        turns = rng.uniform(0, 2 * np.pi, 2)
+        lengths = np.maximum(1.0, size * 2 ** rng.uniform(-1.5, 1, 2))
+        geometry[layer] = origin
+        geometry[layer, 1:] += lengths[:, None] * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+        chance = rng.uniform()
+        if chance < 0.04:
+            geometry[layer, 1] = origin
+        elif chance < 0.08:
+            geometry[layer, 2] = 2 * origin - geometry[layer, 1]
+        places = np.sort(rng.uniform(size=counts[layer]))
+        if rng.uniform() < 0.3:
+            places = np.linspace(0, 1, counts[layer])
+        elif rng.uniform() < 0.15:
+            places = np.round(2 * places) / 2
+        positions.append(places)
+    return Fills(
+        kinds=kinds,
+        geometry=geometry,
+        stop_offsets=np.cumsum([0, *counts]),
+        stop_positions=np.concatenate([np.zeros(0), *positions]),
+        stop_colors=np.array([_color(rng) for _ in range(counts.sum())]).reshape(-1, 4),
+    )
 
 
 def _color(rng: np.random.Generator) -> tuple[float, ...]:
