@@ -71,7 +71,7 @@ class Work(Context):
 
     def end_growth(self) -> None:
         """Leave out the stages of the schedule that are left: only revisions are."""
-        self.state.stage = max(self.state.stage, len(self.progress.schedule))
+        self.state.stage = len(self.progress.schedule)
 
     def remember(self) -> None:
         """Make the drawing the fallback of the phase that begins."""

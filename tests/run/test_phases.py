@@ -4,33 +4,24 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from support.runs import SMALL, new_run, started, three_shapes
+from support.runs import SMALL, new_run, scripted, three_shapes
 from support.shapes import build, rectangle
 
 import livecl
 from livecl import Options, Rasterizer, Step, vectorize
 from livecl.drawing import Fills
 from livecl.image.reading import premultiplied
-from livecl.layering.pruning import least_useful
 from livecl.run.loop import train
 from livecl.run.phases import Grow, Refine, Revise, Shade, place, plan_of
 from livecl.run.progress import Progress
 from livecl.run.run import Run
-from livecl.training.state import FREE, KEPT, LOCKED
 from livecl.views.course import Course
 
 QUICK = Options(placement="region", iterations=1, prune=0.0)
-
-
-def scripted(run: Run, errors: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Have the run see these errors, one after the other."""
-    values = iter(errors)
-    monkeypatch.setattr(run, "visible_mse", lambda _: next(values))
 
 
 def end_of_phase(run: Run) -> bool:
@@ -99,88 +90,13 @@ def test_no_path_worth_placing_leaves_out_the_stages_left(place: int, device: in
     assert {step.stage for step in steps if step.kind == "revise"} <= {3} and len(result.stages) == 1
 
 
-@pytest.mark.parametrize(("share", "kept"), [(1.01, True), (0.99, False)])
-def test_a_revision_is_kept_if_it_lowers_the_error_by_enough(
-    share: float, kept: bool, device: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    after = 1 - share * Revise.min_improvement
-    run = started([FREE] * 4, device)
-    before, run.progress.failures = run.state.drawing, 1
-    assert run.begin()
-    assert run.progress.fallback is not None and run.progress.fallback.drawing is before
-    revised = run.state.drawing
-    scripted(run, [0.1 * after, 0.1], monkeypatch)
-    assert run.end() == kept
-    assert run.progress.failures == (0 if kept else 2)
-    assert run.state.drawing is (revised if kept else before)
-    assert run.progress.fallback is None and run.state.stage == 3 and not run.progress.placed
-    assert len(run.state.pieces) == run.state.drawing.num_segments == len(run.state.points.mean)
-    if not kept:
-        assert np.array_equal(run.state.pieces, run.rasterizer.pieces(before)), "those of the drawing before"
-
-
-def test_revisions_end_when_they_fail_too_often_or_have_nothing_to_replace(device: int) -> None:
-    run = started([FREE, KEPT, KEPT, KEPT], device)
-    assert not run.finished
-    for failures in range(Revise.max_failures):
-        run.progress.failures = failures
-        assert not run.finished
-    run.progress.failures = Revise.max_failures
-    assert run.finished
-    assert started([KEPT, LOCKED, KEPT, KEPT], device).finished
-    growing = new_run(QUICK, (1,), device)
-    growing.progress.failures = Revise.max_failures
-    assert not growing.finished, "there is no layer yet, nor any revision"
-
-
-@pytest.mark.parametrize("failures", [0, 1, 2])
-def test_a_revision_replaces_the_least_useful_layer_and_after_failures_the_next(failures: int, device: int) -> None:
-    run = started([FREE] * 4, device, merge=False)
-    before = run.state.drawing
-    order = least_useful(run, before)
-    assert order[0] == 3, "a dot of nearly the background's colour"
-    run.progress.failures = failures
-    assert run.begin()
-    drawing = run.state.drawing
-    kept = [k for k in range(4) if any(np.array_equal(before.colors[k], color) for color in drawing.colors)]
-    assert sorted(set(range(4)) - set(kept)) == [order[failures]]
-    assert drawing.num_layers == 4, "one is placed for the one taken out"
-    assert drawing.stages.max() == 1
-
-
-@pytest.mark.parametrize("hold", [KEPT, LOCKED])
-def test_layers_that_are_held_are_not_replaced(hold: int, device: int) -> None:
-    run = started([FREE, FREE, FREE, hold], device, merge=False)
-    before = run.state.drawing
-    assert run.begin()
-    assert any(
-        np.array_equal(before.points[before.segment_layers == 3], run.state.drawing.points[own])
-        for own in (run.state.drawing.segment_layers == k for k in range(run.state.drawing.num_layers))
+def test_a_stage_that_finds_nothing_to_place_is_the_last(device: int) -> None:
+    drawing = build([([rectangle(4, 4, 20, 20)], (0.2, 0.4, 0.6, 1))], (24, 24))
+    run = new_run(
+        Options(placement="region", iterations=1, revisions=1), (1, 2, 3), device, livecl.render(drawing, device)
     )
-    assert sorted(run.state.holds) == sorted([FREE, FREE, FREE, hold])
-
-
-@pytest.mark.parametrize(("failures", "merges"), [(0, True), (1, False), (2, True)])
-def test_revisions_merge_every_other_time_that_they_fail(
-    failures: int, merges: bool, device: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    calls: list[Any] = []
-
-    def merge(*arguments: Any) -> Any:
-        calls.append(arguments)
-        raise InterruptedError
-
-    monkeypatch.setattr("livecl.run.phases.merge_neighbors", merge)
-    run = started([KEPT, FREE, FREE, FREE], device)
-    run.progress.failures = failures
-    if merges:
-        with pytest.raises(InterruptedError):
-            run.begin()
-        assert calls[0][2].tolist() == [False, True, True, True], "only layers that are free"
-    else:
-        assert run.begin()
-    unmerged = started([FREE] * 4, device, merge=False)
-    assert unmerged.begin() and len(calls) == merges
+    run.state.add(drawing, np.arange(1))
+    assert not run.begin() and run.revising and not run.finished
 
 
 def test_new_layers_are_labelled_with_their_stage(device: int) -> None:

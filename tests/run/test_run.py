@@ -47,6 +47,15 @@ def test_what_merging_makes_is_free_and_kept_layers_stay_so(device: int) -> None
     assert finished(build([*halves, dot], (24, 24)), [FREE, FREE, FREE], device).outcome().num_layers == 0
 
 
+@pytest.mark.parametrize(("merge", "left"), [(True, 1), (False, 2)])
+def test_neighbours_are_merged_at_the_end(merge: bool, left: int, device: int) -> None:
+    drawing = build([([rectangle(x, 4, x + 10, 20)], (0.2, 0.3, 0.4, 1)) for x in (2, 12)], (24, 24))
+    run = finished(drawing, [FREE, FREE], device)
+    run.target = run.rasterizer.forward(drawing)
+    run.state.options = Options(placement="region", iterations=1, revisions=0, prune=2e-3, merge=merge)
+    assert run.outcome().num_layers == left
+
+
 def test_layers_with_gradients_are_not_merged(device: int) -> None:
     # Both halves fade from white to red; for merging, which knows one colour, they would be one.
     halves = build([([rectangle(2, 4, 12, 20)], (1, 0, 0, 1)), ([rectangle(12, 4, 22, 20)], (1, 0, 0, 1))], (24, 24))

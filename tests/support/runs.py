@@ -69,3 +69,9 @@ def started(holds: list[int], device: int, **changes: Any) -> Run:
     run = Run(SMALL, progress, device)
     state.pieces = run.rasterizer.pieces(drawing)
     return run
+
+
+def scripted(run: Run, errors: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the run see these errors, one after the other."""
+    values = iter(errors)
+    monkeypatch.setattr(run, "visible_mse", lambda _: next(values))
