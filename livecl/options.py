@@ -90,7 +90,7 @@ class Options:
         "picture",
         'A colour, as "white" or "#rrggbb"; "none": colour and alpha of the picture are the target; "auto": the '
         'colour of the border; "train" to start from white and train it; "picture": "none" where the '
-        'picture has alpha, and "white" else',
+        'picture has alpha, "auto" where its border is of one colour, and "white" else',
     )
     radius: float = _option(5.0, "Radius of the circle, px")
     tau: float = _option(10.0, "Reach of the distance weight, px")

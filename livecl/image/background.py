@@ -14,6 +14,10 @@ PICTURE, NONE, AUTO, TRAIN = "picture", "none", "auto", "train"
 WHITE = (1.0, 1.0, 1.0)
 #: Levels of each channel that colours of the border are counted by.
 LEVELS = 32
+#: Share of the border that is of one colour, to `SAME_COLOR` in each channel, where a picture stands on a ground.
+GROUND_SHARE, SAME_COLOR = 0.75, 8 / 255
+#: Least channel of a ground that is taken for white.
+WHITE_FROM = 253 / 255
 
 FloatArray = NDArray[np.float64]
 Rgb = tuple[float, float, float]
@@ -36,7 +40,7 @@ def background_for(text: str, image: NDArray[np.float32], start: ArrayLike | Non
     ----------
     text : str
         A colour; "none"; "auto", the most frequent colour of the picture's border; "train", white at first; "picture":
-        none where the picture has alpha, and white else.
+        none where the picture has alpha; the same as "auto" where most of the border has that colour; white else.
     image : (H, W, 3) or (H, W, 4) float32
         The picture, straight.
     start : (3,) array_like or None
@@ -55,19 +59,36 @@ def background_for(text: str, image: NDArray[np.float32], start: ArrayLike | Non
         if start is not None:
             red, green, blue = map(float, np.asarray(start))
             return red, green, blue
-        return None if text == PICTURE and image.shape[2] == 4 else WHITE
+        if text == TRAIN:
+            return WHITE
+        return None if image.shape[2] == 4 else ground_color(image)
     red, green, blue = map(float, parse_color(text))
     return red, green, blue
 
 
+def ground_color(image: NDArray[np.float32]) -> Rgb:
+    """Return the colour of an opaque picture's ground: what most of its border shows, white where it shows several.
+
+    So a light shape on a coloured ground is a shape, and not a hole of that ground onto a white page.
+    """
+    color = border_color(image)
+    share = float(np.mean(np.abs(_border(image) - color).max(axis=1) <= SAME_COLOR))
+    return color if share >= GROUND_SHARE and min(color) < WHITE_FROM else WHITE
+
+
 def border_color(image: NDArray[np.float32]) -> Rgb:
     """Return the most frequent colour of a picture's outermost pixels, over white: the mean of the fullest bin."""
-    flat = over_background(image, WHITE)
-    border = np.concatenate([flat[0], flat[-1], flat[1:-1, 0], flat[1:-1, -1]]).astype(np.float64)
+    border = _border(image)
     bins = np.minimum(np.floor(border * LEVELS), LEVELS - 1).astype(np.int64) @ (LEVELS**2, LEVELS, 1)
     fullest = np.argmax(np.bincount(bins))
     red, green, blue = border[bins == fullest].mean(axis=0).tolist()
     return red, green, blue
+
+
+def _border(image: NDArray[np.float32]) -> FloatArray:
+    """Return the outermost pixels of a picture over white: (n, 3)."""
+    flat = over_background(image, WHITE)
+    return np.concatenate([flat[0], flat[-1], flat[1:-1, 0], flat[1:-1, -1]]).astype(np.float64)
 
 
 def target_over(image: NDArray[np.float32], background: ArrayLike | None) -> NDArray[np.float32]:

@@ -116,7 +116,7 @@ RED_BORDER[0, :3] = 1
 
 def test_background_words() -> None:
     clear = np.concatenate([RED_BORDER, np.full((6, 7, 1), 0.5, np.float32)], axis=2)
-    assert background_for("picture", RED_BORDER) == (1, 1, 1)
+    assert background_for("picture", RED_BORDER) == pytest.approx((0.8, 0.1, 0.1))
     assert background_for("picture", clear) is None
     assert background_for("none", RED_BORDER) is None
     assert background_for("white", clear) == (1, 1, 1)
@@ -125,6 +125,25 @@ def test_background_words() -> None:
     assert background_for("auto", RED_BORDER) == pytest.approx((0.8, 0.1, 0.1))
     assert background_for("picture", clear, (0, 1, 0)) == (0, 1, 0)
     assert background_for("none", clear, (0, 1, 0)) is None
+
+
+def test_a_picture_without_a_ground_is_over_white() -> None:
+    halves = np.full((20, 20, 3), 0.25, np.float32)
+    halves[:, 10:] = 0.75
+    assert background_for("picture", halves) == (1, 1, 1)
+    nearly = halves.copy()
+    nearly[:, 7:] = 0.75  # five eighths of the border
+    assert background_for("picture", nearly) == (1, 1, 1)
+    paper = np.full((20, 20, 3), 254 / 255, np.float32)
+    assert background_for("picture", paper) == (1, 1, 1)
+
+
+def test_light_shapes_on_a_coloured_ground_are_no_holes_of_it() -> None:
+    image = np.full((60, 80, 3), (0.2, 0.6, 0.4), np.float32)
+    image[15:45, 20:60] = 1
+    drawing = vectorize(image, options=Options(iterations=10)).drawing
+    np.testing.assert_allclose(drawing.background, (0.2, 0.6, 0.4), atol=0.01)
+    np.testing.assert_allclose(drawing.colors, [(1, 1, 1, 1)], atol=0.01)
 
 
 def test_the_border_s_color_is_that_of_most_of_it() -> None:

@@ -26,6 +26,10 @@ Pairs = dict[tuple[int, int], float]
 THROUGH_HOLES, GROUND_THROUGH_HOLES, PANES = 0.3, 0.2, 0.4
 #: Share of the outline of what is seen between several regions that faces those at the ground.
 GROUND_AROUND = 0.7
+#: Deviation of a hole's distance from the outline around it, by the mean distance: up to which a hole of the share
+#: `EVEN_HOLE` is one, and from which on only letters have holes. Their filled area is smaller than this share of the
+#: picture, or of their convex hull.
+EVEN, EVEN_HOLE, UNEVEN, LETTER, CONVEX = 0.2, 0.1, 0.3, 0.02, 0.85
 #: Holes of a lattice, and their share of it from which on one sees through.
 LATTICE, THROUGH_LATTICE = 5, 0.15
 #: Width of strokes, as a share of the side of what they surround, up to which one sees through.
@@ -59,12 +63,41 @@ def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
     for k in inner:
         if sum(n for o, n in facing[k].items() if o in touching) < GROUND_AROUND * sum(facing[k].values()):
             continue
-        around = next(iter(facing[k]), None)
-        if len(facing[k]) > 1 or (
-            around is not None and regions.sizes[k] > GROUND_THROUGH_HOLES * abs(outlines.outer(around).area)
-        ):
+        if len(facing[k]) > 1 or all(_seen_through(outlines, k, o) for o in facing[k]):
             found.add(k)
     return found
+
+
+def _seen_through(outlines: Outlines, inner: int, around: int) -> bool:
+    """Whether a region of the ground's colour is seen through a hole of the one around it, and not a shape on it.
+
+    Of a ring, a frame or a stroke that closes, the hole runs along the outline at an even distance; a light shape on a
+    disc or a square does not. Letters have uneven holes too: they are small, or far from convex.
+    """
+    outer = outlines.outer(around)
+    filled = max(abs(outer.area), 1.0)
+    share = float(outlines.regions.sizes[inner]) / filled
+    distance = _distances(outlines.outer(inner).points, outer.points)
+    unevenness = float(distance.std() / max(float(distance.mean()), 1e-9))
+    if share <= GROUND_THROUGH_HOLES or unevenness < UNEVEN:
+        return share > (EVEN_HOLE if unevenness < EVEN else GROUND_THROUGH_HOLES)
+    return filled < LETTER * outlines.regions.labels.size or filled < CONVEX * _hull_area(outer.points)
+
+
+def _distances(points: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the distance of each point (n, 2) to the nearest of others (m, 2)."""
+    from scipy.spatial import cKDTree
+
+    return np.asarray(cKDTree(others).query(points)[0])
+
+
+def _hull_area(points: FloatArray) -> float:
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return float(ConvexHull(points).volume)  # of the plane, the area
+    except QhullError:
+        return 0.0
 
 
 def screens(outlines: Outlines, ground: set[int]) -> list[Screen]:

@@ -101,6 +101,20 @@ def test_a_ring_on_the_ground_has_a_hole() -> None:
     check(picture((ring, BLUE)), (ring, BLUE))
 
 
+def test_a_light_triangle_on_a_plate_is_a_shape_on_a_white_page_too() -> None:
+    plate = box(15, 15, 81, 81)
+    triangle = (Y <= 72) & (np.abs(X - 48) <= (Y - 22) / 2)
+    assert triangle.sum() > 0.25 * plate.sum()  # a hole as large of a ring shows the page
+    check(picture((plate, RED), (triangle, WHITE)), (plate, RED), (triangle, WHITE))
+
+
+def test_a_small_even_hole_shows_the_page() -> None:
+    bow, shaft = disc(30, 48, 18), box(44, 44, 86, 52)
+    key = (bow & ~disc(30, 48, 9)) | (shaft & ~bow)
+    assert 0.1 < 81 / (324 + 8 * 38 / np.pi) < 0.2  # its share: less than that of an uneven hole
+    check(picture((key, BLUE)), (key, BLUE))
+
+
 def test_a_ring_on_a_disc_shows_the_disc() -> None:
     ring = disc(48, 48, 28) & ~disc(48, 48, 20)
     check(picture((disc(48, 48, 40), YELLOW), (ring, RED)), (disc(48, 48, 40), YELLOW), (ring, RED))
