@@ -56,7 +56,6 @@ class Launcher:
         self._values: dict[str, Any] = {}
         self._given: dict[str, Any] = {}
         self._written: dict[str, NDArray[Any]] = {}
-        self._reserved: dict[str, int] = {}
         #: Where a list is put here, each launch appends the kernel's name and its event, for profiling.
         self.trace: list[tuple[str, Any]] | None = None
 
@@ -73,12 +72,9 @@ class Launcher:
         DeviceMemoryError
             If the device has no room for one of them, or for all; then none has been made.
         """
-        if sizes == self._reserved:
-            return
         self._opened.require_room(sizes)
         for name, num_bytes in sizes.items():
             self._reserve(name, num_bytes)
-        self._reserved = dict(sizes)
 
     def _reserve(self, name: str, num_bytes: int) -> Any:
         buffer = self._values.get(name)

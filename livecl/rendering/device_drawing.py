@@ -50,8 +50,8 @@ class _Outlines:
     reach: float
     pieces: Any = None
     line_counts: IntArray | None = None  # (M,)
-    num_lines: int = 0
     drawing: Drawing | None = None  # whose lines are on the device
+    placed: Placed | None = None
     limits: NDArray[np.float64] | None = None  # (N, 4), times `_OUTWARDS`
     spans: Spans | None = None
 
@@ -87,13 +87,12 @@ class Scene:
         self._bounds: NDArray[np.float64] = np.zeros((0, 4))  # (N, 4), times `_OUTWARDS`
         self._outlines: dict[str, _Outlines] = {}
 
-    def load(self, drawing: Drawing) -> None:
-        """Put the drawing's numbers on the device."""
-        if drawing is self.drawing:
-            return
+    def load(self, drawing: Drawing) -> bool:
+        """Put the drawing's numbers on the device; return whether it is of another structure than the one before."""
         if drawing.size != (self.grid.height, self.grid.width):
             raise ValueError(f"drawing: size {drawing.size}, wanted {(self.grid.height, self.grid.width)}")
-        if self.drawing is None or not self.drawing.same_structure(drawing):
+        changed = self.drawing is None or not self.drawing.same_structure(drawing)
+        if changed:
             self._outlines.clear()
         self.drawing = drawing
         self._bounds = _OUTWARDS * layer_boxes(drawing)
@@ -104,9 +103,13 @@ class Scene:
             colors = _with_least_opacities(drawing)
         numbers = background, np.array([start]), colors.ravel(), drawing.points.ravel(), packed
         self.launcher.write_reals("params", *numbers)
+        return changed
 
     def place(self, *uses: Use) -> list[Placed]:
-        """Lay out, for each use, the lines and the spans within reach of the loaded drawing's outlines."""
+        """Lay out, for each use, the lines and the spans within reach of the loaded drawing's outlines.
+
+        While a layout holds, the same object is returned.
+        """
         return [self._place(use) for use in uses]
 
     def flatten(self, *uses: Use) -> None:
@@ -128,10 +131,11 @@ class Scene:
             outlines = self._outlines[use.scope] = _Outlines(use.reach)
         moved = self._split(outlines, use.pieces)
         moved |= self._plan(outlines)
-        assert outlines.line_counts is not None and outlines.spans is not None
-        if moved:
+        if moved or outlines.placed is None:
+            assert outlines.line_counts is not None and outlines.spans is not None
             self.launcher.write(f"{use.scope}_tables", pack_tables(drawing, outlines.line_counts, outlines.spans))
-        return Placed(outlines.spans, outlines.num_lines)
+            outlines.placed = Placed(outlines.spans, int(outlines.line_counts.sum()))
+        return outlines.placed
 
     def _split(self, outlines: _Outlines, pieces: ArrayLike | None) -> bool:
         """Choose the number of lines of each segment; return whether they may have changed."""
@@ -142,8 +146,7 @@ class Scene:
         counts = pieces_for(drawing.cubics, self.tolerance) if pieces is None else np.array(pieces)
         if counts.shape != (drawing.num_segments,) or counts.dtype.kind not in "iu" or np.any(counts < 1):
             raise ValueError(f"pieces: wanted {drawing.num_segments} whole numbers of at least 1, one for each segment")
-        outlines.pieces, outlines.line_counts, outlines.num_lines = pieces, counts, int(counts.sum())
-        outlines.drawing = None
+        outlines.pieces, outlines.line_counts, outlines.drawing = pieces, counts, None
         return True
 
     def _plan(self, outlines: _Outlines) -> bool:

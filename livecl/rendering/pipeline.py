@@ -53,18 +53,18 @@ class Pipeline:
         self._grid = grid
         self._scene = Scene(launcher, grid, tolerance, max_tiles)
         self._sizes = Sizes(grid, launcher.dtype.itemsize, num_layers=0, num_segments=0, record=0)
+        self._room: tuple[Any, ...] = ()  # what there is room for
 
     def load(self, drawing: Drawing) -> None:
         """Put the drawing on the device that all other methods work on."""
-        if drawing is not self._scene.drawing:
-            self._scene.load(drawing)
+        if drawing is not self._scene.drawing and self._scene.load(drawing):
             self._sizes = Sizes.of(drawing, self._grid, self.launcher.dtype.itemsize)
 
     def render(self, channels: int, pieces: ArrayLike | None) -> Any:
         """Return the buffer of the image's planes."""
         use = Use("coverage", pieces, 0)
         (placed,) = self._scene.place(use)
-        self._reserve({"image": self._sizes.planes(channels)}, coverage=placed)
+        self._reserve("image", channels, coverage=placed)
         self._scene.flatten(use)
         for band in placed.spans.each_band:
             self._cover(band)
@@ -75,7 +75,7 @@ class Pipeline:
         """Return the buffer of a plane for each layer, its coverage."""
         use, num_layers = Use("coverage", pieces, 0), self._drawing.num_layers
         (placed,) = self._scene.place(use)
-        self._reserve({"planes": self._sizes.planes(num_layers)}, coverage=placed)
+        self._reserve("planes", num_layers, coverage=placed)
         self._scene.flatten(use)
         for band in placed.spans.each_band:
             self._cover(band)
@@ -86,7 +86,7 @@ class Pipeline:
         """Return the buffer of a plane that holds the distance weight, or the largest closeness (`Rasterizer`)."""
         use, run = Use("distance", weight.pieces, weight.tau), self.launcher
         (placed,) = self._scene.place(use)
-        self._reserve({"distance_weight": self._sizes.planes(1)}, distance=placed)
+        self._reserve("distance_weight", 1, distance=placed)
         self._scene.flatten(use)
         self._weigh(weight, placed.spans, closest_from)
         return run.buffer("distance_weight")
@@ -121,8 +121,7 @@ class Pipeline:
         uses = Use("distance", weight.pieces, weight.tau), Use("coverage", pieces, 0)
         distances, placed = self._scene.place(*uses)
         joint = len(distances.spans.bands) == len(placed.spans.bands) == 1  # else not all closeness is there at a time
-        sizes = self._backward_sizes(placed) | ({} if joint else {"distance_weight": self._sizes.planes(1)})
-        self._reserve(sizes, coverage=placed, distance=distances)
+        self._reserve("" if joint else "distance_weight", 1, coverage=placed, distance=distances, backward=True)
         self._scene.flatten(*uses)
         if not joint:
             self._weigh(weight, distances.spans, None)
@@ -140,18 +139,28 @@ class Pipeline:
         assert self._scene.drawing is not None
         return self._scene.drawing
 
-    def _backward_sizes(self, placed: Placed) -> dict[str, int]:
-        return self._sizes.backward(placed.spans, placed.num_lines)
-
-    def _reserve(self, sizes: dict[str, int], coverage: Placed | None = None, distance: Placed | None = None) -> None:
-        """Make room for buffers of these sizes, and for those of coverage and of distances."""
+    def _reserve(
+        self,
+        image: str,
+        channels: int,
+        coverage: Placed | None = None,
+        distance: Placed | None = None,
+        backward: bool = False,
+    ) -> None:
+        """Make room for an image of that name, or "", for coverage, for distances, and for a gradient."""
+        room = image, channels, coverage, distance, backward, self._sizes
+        if len(self._room) == len(room) and all(one is other for one, other in zip(self._room, room, strict=True)):
+            return
+        needed = {image: self._sizes.planes(channels)} if image else {}
         if coverage is not None:
-            sizes["coverage_lines"] = self._sizes.lines(coverage.num_lines)
-            sizes["cells"] = self._sizes.cells(coverage.spans)
+            needed["coverage_lines"] = self._sizes.lines(coverage.num_lines)
+            needed["cells"] = self._sizes.cells(coverage.spans)
+            needed |= self._sizes.backward(coverage.spans, coverage.num_lines) if backward else {}
         if distance is not None:
-            sizes["distance_lines"] = self._sizes.lines(distance.num_lines)
-            sizes["distances"] = self._sizes.distances(distance.spans)
-        self.launcher.reserve(sizes)
+            needed["distance_lines"] = self._sizes.lines(distance.num_lines)
+            needed["distances"] = self._sizes.distances(distance.spans)
+        self.launcher.reserve(needed)
+        self._room = room
 
     def _cover(self, band: Band) -> None:
         self.launcher.set(grid=band.grid)
@@ -179,7 +188,7 @@ class Pipeline:
         """Launch the kernels of a gradient that needs no distances."""
         use = Use("coverage", pieces, 0)
         (placed,) = self._scene.place(use)
-        self._reserve(self._backward_sizes(placed), coverage=placed)
+        self._reserve("", 0, coverage=placed, backward=True)
         self._scene.flatten(use)
         return self._begin(composite, placed)
 

@@ -285,7 +285,9 @@ class Rasterizer:
         pipeline.launcher.set(target=self._uploaded("target", target, channels_of(drawing)).buffer)
         distances = None
         if isinstance(weight, DistanceWeight):
-            distances = dataclasses.replace(weight, pieces=plain.pieces(weight.pieces))
+            distances = weight
+            if plain.drawing is not drawing:
+                distances = dataclasses.replace(weight, pieces=plain.pieces(weight.pieces))
         else:
             pipeline.launcher.set(weight=self._uploaded("weight", weight, 1).buffer)
         end = pipeline.begin_loss(distances, plain.pieces(pieces), float(scale))

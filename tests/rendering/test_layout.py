@@ -154,8 +154,11 @@ def test_lack_of_memory_is_told_before_anything_is_made(
     uploaded = rasterizer.upload(target)
     monkeypatch.setattr(opened, limit, enough - 1)
     made.clear()
-    told = r" has no room for 0.\d+ MB \(d_tiles; at most" if limit == "max_bytes" else r"MB \(d_tiles, .*; it has 0\."
-    with pytest.raises(DeviceMemoryError, match=told):
+    told = {
+        "max_bytes": r" has no room for 0.\d+ MB \(d_tiles; at most",
+        "memory_bytes": r"MB \(.* d_tiles,.*; it has 0\.",
+    }
+    with pytest.raises(DeviceMemoryError, match=told[limit]):
         rasterizer.loss_and_gradients(drawing, uploaded, weight)
     assert not set(made) & needed.keys(), "only the drawing's own numbers are there"
     monkeypatch.setattr(opened, limit, enough)

@@ -7,6 +7,7 @@ Checkouts from before the package had packages of its own are measured too: thei
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import sys
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,20 @@ def use_checkout(root: Path) -> None:
             sys.modules[f"livecl.{name}"] = importlib.import_module(f"livecl.{flat}")
         run: Any = sys.modules["livecl.run.run"]
         run.Run = getattr(run, "Vectorizer", None)
+    if not (root / "livecl" / "opencl" / "processor.py").is_file():
+        _name_processor()
+
+
+def _name_processor() -> None:
+    """Name the processor for a checkout that cannot, where PoCL's compiler does not know it."""
+    from livecl.opencl.device import open_device
+
+    path = Path(__file__).resolve().parents[2] / "livecl" / "opencl" / "processor.py"
+    spec = importlib.util.spec_from_file_location("benchmark_processor", path)
+    assert spec is not None and spec.loader is not None
+    processor = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(processor)
+    processor.name_processor(open_device().device)
 
 
 def compiled(opened: Any, source: str) -> Any:
