@@ -8,6 +8,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.geometry.bezier import signed_area
 from livecl.geometry.corners import Outline, find_corners
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area
 from livecl.geometry.ellipses import ellipses_of
@@ -39,8 +40,9 @@ class TracingPrices:
 
 
 PRICES = TracingPrices()
-#: Prices tried before loops are cut out, and how much cheaper segments get.
-TRIALS, CHEAPER = 3, 4.0
+#: Area, px^2, by which a path that crosses itself may change when its loops are cut out; prices tried where it is more,
+#: and how much cheaper segments get each time.
+MOST_LOST, TRIALS, CHEAPER = 3.0, 2, 4.0
 #: Anchors that are taken out in vain before a path counts as simple; by how many cubics the price may rise that a path
 #: without an anchor has before it is refined; and steps of that refinement.
 MOST_FAILURES, MOST_RISE, TRIAL_STEPS = 3, 20.0, 3
@@ -51,7 +53,8 @@ CURVE_NUMBERS = 5
 def trace(points: FloatArray, noise: float, prices: TracingPrices = PRICES) -> FloatArray:
     """Return the closed path (s, 3, 2) along a polyline (n, 2), px, at steps of about 1 px, of the smallest price.
 
-    Where it crosses itself, segments get cheaper until it does not; loops that are left are cut out.
+    Loops are cut out where it crosses itself; where that would take away more, segments get cheaper, so that it follows
+    two sides of a neck closely.
 
     Parameters
     ----------
@@ -64,13 +67,25 @@ def trace(points: FloatArray, noise: float, prices: TracingPrices = PRICES) -> F
     """
     outline = find_corners(points, noise)
     price = prices.segment + prices.noise * noise**2
-    for _ in range(TRIALS):
-        cubics = _cheapest(points, outline, SegmentPrices(line=price, curve=prices.curve * price))
-        if crossing_area(cubics) <= CROSSING_AREA:
-            return np.asarray(cubics[:, :3])
+    cubics = _cheapest(points, outline, SegmentPrices(line=price, curve=prices.curve * price))
+    if crossing_area(cubics) <= CROSSING_AREA:
+        return np.asarray(cubics[:, :3])
+    first = untangled = untangle([cubics])[0]
+    trials = 0
+    while abs(signed_area(untangled) - signed_area(cubics)) > MOST_LOST and trials < TRIALS and not _crosses(points):
         price /= CHEAPER
-    untangled = untangle([cubics])[0]
-    return np.asarray(untangled[:, :3])
+        trials += 1
+        cubics = _cheapest(points, outline, SegmentPrices(line=price, curve=prices.curve * price))
+        untangled = untangle([cubics])[0]
+    lost = abs(signed_area(untangled) - signed_area(cubics)) > MOST_LOST
+    return np.asarray((first if lost else untangled)[:, :3])
+
+
+def _crosses(points: FloatArray) -> bool:
+    """Whether a closed polyline crosses itself."""
+    end = np.roll(points, -1, axis=0)
+    lines = np.stack([points, (2 * points + end) / 3, (points + 2 * end) / 3, end], axis=1)
+    return crossing_area(lines) > CROSSING_AREA
 
 
 def _cheapest(points: FloatArray, outline: Outline, prices: SegmentPrices) -> FloatArray:
