@@ -49,12 +49,12 @@ def use_checkout(root: Path) -> None:
             sys.modules[f"livecl.{name}"] = importlib.import_module(f"livecl.{flat}")
         run: Any = sys.modules["livecl.run.run"]
         run.Run = getattr(run, "Vectorizer", None)
-    if not (root / "livecl" / "opencl" / "processor.py").is_file():
-        _name_processor()
 
 
-def _name_processor() -> None:
+def name_processor(root: Path, device: int | str | None = None) -> None:
     """Name the processor for a checkout that cannot, where PoCL's compiler does not know it."""
+    if (root / "livecl" / "opencl" / "processor.py").is_file():
+        return
     from livecl.opencl.device import open_device
 
     path = Path(__file__).resolve().parents[2] / "livecl" / "opencl" / "processor.py"
@@ -62,7 +62,7 @@ def _name_processor() -> None:
     assert spec is not None and spec.loader is not None
     processor = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(processor)
-    processor.name_processor(open_device().device)
+    processor.name_processor(open_device(device).device)
 
 
 def compiled(opened: Any, source: str) -> Any:

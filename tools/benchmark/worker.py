@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from benchmark.cases import CASES, Case
-from benchmark.package import training, use_checkout
+from benchmark.package import name_processor, training, use_checkout
 
 Answer = dict[str, Any]
 #: Seconds of iterations before the measurement, one at least.
@@ -192,6 +192,7 @@ def main(text: str) -> None:
     request = json.loads(text)
     verb, answer_file = request.pop("verb"), Path(request["folder"]) / "answer.json"
     use_checkout(Path(request["root"]))
+    name_processor(Path(request["root"]), request.get("device"))
     from benchmark.checks import CheckError
 
     try:
