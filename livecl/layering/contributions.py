@@ -8,13 +8,14 @@ most one.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import SOLID
 from livecl.image.errors import visible_error
 
 if TYPE_CHECKING:
@@ -34,20 +35,35 @@ def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> Shar
     if rasterizer is None:
         rasterizer = Rasterizer(drawing.size)
     alphas = rasterizer.coverages(drawing)
-    alphas *= drawing.colors[:, 3, None, None].astype(np.float32)
+    for layer, alpha in enumerate(alphas):
+        alpha *= paint_at_pixels(drawing, layer)[..., 3].astype(np.float32)
     return alphas
 
 
-def composited_colors(drawing: Drawing) -> tuple[FloatArray, FloatArray]:
-    """Return the background (C,) and the colours of the layers (N, C), as they are composited.
+def paint_at_pixels(drawing: Drawing, layer: int) -> FloatArray:
+    """Return the straight RGBA of a layer's paint: (4,), or (H, W, 4) where a gradient fills it."""
+    if drawing.fills.kinds[layer] == SOLID:
+        return np.asarray(drawing.colors[layer])
+    height, width = drawing.size
+    rows, columns = np.indices((height, width), dtype=np.float64).reshape(2, -1) + 0.5
+    return drawing.fills.colors_at(layer, np.column_stack([columns, rows])).reshape(height, width, 4)
 
-    Over a background C is 3. Without one it is 4, premultiplied RGBA: nothing lies beneath, and a paint has alpha 1, as
-    its opacity goes into the layer's alpha.
+
+def composited_colors(drawing: Drawing) -> tuple[FloatArray, list[FloatArray]]:
+    """Return the background (C,) and the colour of each layer, as they are composited.
+
+    A colour is (C,), or (H, W, C) where a gradient fills the layer. Over a background C is 3. Without one it is 4,
+    premultiplied RGBA: nothing lies beneath, and a paint has alpha 1, as its opacity goes into the layer's alpha.
     """
-    rgb = drawing.colors[:, :3]
+    paints = [paint_at_pixels(drawing, layer) for layer in range(drawing.num_layers)]
     if drawing.background is not None:
-        return drawing.background, rgb
-    return np.zeros(4), np.concatenate([rgb, np.ones((drawing.num_layers, 1))], axis=1)
+        return drawing.background, [paint[..., :3] for paint in paints]
+    return np.zeros(4), [np.concatenate([paint[..., :3], np.ones_like(paint[..., 3:])], axis=-1) for paint in paints]
+
+
+def in_window(color: NDArray[Any], window: tuple[slice, slice]) -> NDArray[Any]:
+    """Return a layer's colour within a window: (C,) as it is, (H, W, C) cut out."""
+    return color if color.ndim == 1 else color[window]
 
 
 def visible_shares(alphas: ShareArray) -> ShareArray:
@@ -76,7 +92,7 @@ def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, see
     below = np.broadcast_to(ground, target.shape).copy()
     changes_of_image = []
     for layer, window in enumerate(windows):
-        missing = below[window] - colors[layer]
+        missing = below[window] - in_window(colors[layer], window)
         changes_of_image.append((shares[layer][window][..., None] * missing).astype(np.float32))
         below[window] -= alphas[layer][window][..., None] * missing
     error, size = below - target, target.size

@@ -22,9 +22,9 @@ from livecl.options import AUTO_PATH_GAIN, Options
 OWN_SHARE, LEAST_PIXELS = 0.95, 24
 #: Alpha of the layers below up to which a layer over nothing shows its own alpha.
 CLEAR = 0.02
-#: Differences of colour within 3 x 3 pixels up to which they are flat, and of a gradient from which on it misses them;
-#: share of flat pixels that a gradient may miss. A gradient that does is drawn across flat colours.
-FLAT, MISSED, MISSED_SHARE = 0.6 / 255, 3 / 255, 0.1
+#: Differences of colour within 3 x 3 pixels up to which they are flat; second differences up to which colour drifts, as
+#: rounding makes them; and the share of flat pixels from which on as large a share of the changes must be drifts.
+FLAT, BEND, FLAT_SHARE = 0.6 / 255, 2.1 / 255, 0.5
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -63,7 +63,7 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
     alphas = layer_alphas(drawing, context.rasterizer)
     residual = (context.target - context.rasterizer.forward(drawing)).astype(np.float64)
     above, below = _transmittances(alphas)
-    flat = _flat(np.asarray(context.target, dtype=np.float64))
+    changes = _Changes.of(np.asarray(context.target, dtype=np.float64))
     price = shading.price * 3 * residual[..., 0].size
     colors, parts, changed = drawing.colors.copy(), [], False
     for layer in range(drawing.num_layers):
@@ -76,10 +76,7 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
         now = _colors_at(drawing, layer, points)
         alone = residual.shape[2] == 4 and float(np.mean(1 - below[layer][own])) <= CLEAR
         wanted, weights = _wanted(now, residual[own], alone)
-        paint = fit_paint(points, wanted, weights, price, shading.kinds)
-        missed = np.abs(paint.at(points) - wanted)[:, :3].max(axis=1) > MISSED
-        if paint.kind != SOLID and np.mean(missed & flat[own]) > MISSED_SHARE:
-            paint = fit_paint(points, wanted, weights, price, ())
+        paint = fit_paint(points, wanted, weights, price, shading.kinds if changes.drift(own) else ())
         kept = float(weights @ np.square(now - wanted).sum(axis=1)) + price * _numbers(fills)
         if (paint.kind != SOLID or fills.any_gradients) and paint.error + price * paint.numbers < kept:
             changed = True
@@ -138,10 +135,38 @@ def _transmittances(alphas: NDArray[np.float32]) -> tuple[list[FloatArray], list
     return found[0], found[1]
 
 
-def _flat(image: FloatArray) -> BoolArray:
-    """Return the pixels (H, W) around which 3 x 3 are of one colour."""
-    from scipy import ndimage
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Changes:
+    """Changes of a picture's colour from pixel to pixel.
 
-    size = (3, 3, 1)
-    span = ndimage.maximum_filter(image, size) - ndimage.minimum_filter(image, size)
-    return np.asarray(span.max(axis=-1) <= FLAT)
+    Attributes
+    ----------
+    flat : (H, W) bool
+        Pixels around which 3 x 3 are of one colour.
+    drifts, jumps : (H, W) float
+        Change to the next pixels, where it is smooth and where it is not.
+    """
+
+    flat: BoolArray
+    drifts: FloatArray
+    jumps: FloatArray
+
+    @classmethod
+    def of(cls, image: FloatArray) -> _Changes:
+        """Look at the changes of a picture (H, W, C)."""
+        from scipy import ndimage
+
+        size = (3, 3, 1)
+        span = ndimage.maximum_filter(image, size) - ndimage.minimum_filter(image, size)
+        bend, change = np.zeros((2, *image.shape[:2]))
+        for axis in (0, 1):
+            bends = ndimage.convolve1d(image, [1.0, -2.0, 1.0], axis=axis, mode="nearest")
+            bend = np.maximum(bend, np.abs(bends).max(axis=-1))
+            change += np.abs(ndimage.convolve1d(image, [0.5, 0.0, -0.5], axis=axis, mode="nearest")).max(axis=-1)
+        smooth = bend <= BEND
+        return cls(span.max(axis=-1) <= FLAT, np.where(smooth, change, 0), np.where(smooth, 0, change))
+
+    def drift(self, own: BoolArray) -> bool:
+        """Whether colour drifts within some pixels (H, W), rather than jump from one flat colour to another."""
+        drifts, jumps = float(self.drifts[own].sum()), float(self.jumps[own].sum())
+        return bool(np.mean(self.flat[own]) < FLAT_SHARE or drifts > FLAT_SHARE * (drifts + jumps))

@@ -14,7 +14,15 @@ from livecl.drawing.drawing import Drawing
 from livecl.image.errors import visible_error
 from livecl.layering.candidates import SEGMENT_ERROR, fitted_outlines
 from livecl.layering.context import Context
-from livecl.layering.contributions import VISIBLE_SHARE, composited_colors, layer_alphas, visible_shares
+from livecl.layering.contributions import (
+    VISIBLE_SHARE,
+    FloatArray,
+    composited_colors,
+    in_window,
+    layer_alphas,
+    paint_at_pixels,
+    visible_shares,
+)
 from livecl.layering.neighbors import flat_regions, mergeable_pairs
 from livecl.layering.stack import Window, window_of
 
@@ -112,9 +120,10 @@ def _best(context: Context, drawing: Drawing, alphas: NDArray[Any], pair: tuple[
     mask = np.maximum(alphas[lower], alphas[upper]) > VISIBLE_SHARE
     both = [drawing.points[subpath] for layer in pair for subpath in drawing.subpaths(layer)]
     outlines = [both, *fitted_outlines(mask, context.options)[::FIT_STEP]]
-    fill = drawing.colors[larger]
-    candidates = Drawing.from_outlines(outlines, fill, drawing.size)
-    covered = fill[3].astype(np.float32) * context.rasterizer.coverages(candidates)
+    fill, fills = drawing.colors[larger], drawing.fills.subset([larger])
+    candidates = Drawing.from_outlines(outlines, (0, 0, 0, 1), drawing.size)
+    opacity = paint_at_pixels(drawing, larger)[..., 3].astype(np.float32)
+    covered = opacity * context.rasterizer.coverages(candidates)
     window = window_of(np.maximum.reduce([alphas[lower], alphas[upper], *covered]))
     ground, colors = composited_colors(drawing)
     ranges = range(lower), range(lower + 1, upper), range(upper + 1, drawing.num_layers)
@@ -129,8 +138,10 @@ def _best(context: Context, drawing: Drawing, alphas: NDArray[Any], pair: tuple[
     before = squared_error(_paint(alphas, colors, lower, window), between, _paint(alphas, colors, upper, window))
     found: list[tuple[float, _Merge]] = []
     for outline, alpha in zip(outlines, covered, strict=True):
-        paint = _Paint(alpha[window][..., None] * colors[larger], 1 - alpha[window])
-        layer = Drawing.from_outlines([outline], fill, drawing.size, drawing.background, drawing.stages[[lower]])
+        paint = _Paint(alpha[window][..., None] * in_window(colors[larger], window), 1 - alpha[window])
+        layer = Drawing.from_outlines(
+            [outline], fill, drawing.size, drawing.background, drawing.stages[[lower]], fills=fills
+        )
         for depth, paints in ((lower, (paint, between)), (upper, (between, paint))):
             change = (squared_error(*paints) - before) / (3 * target[..., 0].size)
             price = SEGMENT_ERROR / target.size * layer.num_segments
@@ -138,15 +149,15 @@ def _best(context: Context, drawing: Drawing, alphas: NDArray[Any], pair: tuple[
     return min(found, key=lambda item: item[0])[1]
 
 
-def _paint(alphas: NDArray[Any], colors: NDArray[Any], layer: int, window: Window) -> _Paint:
+def _paint(alphas: NDArray[Any], colors: list[FloatArray], layer: int, window: Window) -> _Paint:
     alpha = alphas[layer][window]
-    return _Paint(alpha[..., None] * colors[layer], 1 - alpha)
+    return _Paint(alpha[..., None] * in_window(colors[layer], window), 1 - alpha)
 
 
-def _together(alphas: NDArray[Any], colors: NDArray[Any], layers: range, window: Window) -> _Paint:
+def _together(alphas: NDArray[Any], colors: list[FloatArray], layers: range, window: Window) -> _Paint:
     """Composite layers, from bottom to top, within a window: return P and T, which make P + T C of C below."""
     shape = alphas[0][window].shape
-    paint = _Paint(np.zeros((*shape, colors.shape[1])), np.ones(shape))
+    paint = _Paint(np.zeros((*shape, colors[0].shape[-1])), np.ones(shape))
     for layer in layers:
         if alphas[layer][window].any():
             own = _paint(alphas, colors, layer, window)

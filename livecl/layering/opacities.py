@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.image.errors import visible_error
+from livecl.layering.contributions import in_window
 from livecl.layering.stack import NOWHERE, WHOLE, LayerStack, Window
 from livecl.options import OPAQUE_FROM
 
@@ -91,7 +92,9 @@ class Opacities:
         """Return d_k, r . d_k and |d_k|^2 within a window."""
         stack = self._stack
         visible = stack.alphas[k][window] * stack.transmittances[k + 1][window]
-        change = np.asarray(visible[..., None] * visible_error(stack.colors[k] - stack.grounds[k][window]))
+        change = np.asarray(
+            visible[..., None] * visible_error(in_window(stack.colors[k], window) - stack.grounds[k][window])
+        )
         residual = visible_error(self._target[window] - stack.image[window])
         return change, float(np.sum(residual * change)), float(np.sum(change * change))
 

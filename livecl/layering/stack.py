@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from livecl.layering.contributions import in_window
 
 FloatArray = NDArray[np.floating[Any]]
 Window = tuple[slice, slice]
@@ -28,7 +31,7 @@ class LayerStack:
         Colour beneath the layers.
     alphas : (N, H, W) array
         Opacity times coverage of each layer.
-    colors : (N, C) array
+    colors : sequence of (C,) or (H, W, C) array
         Colours of the layers' paints; alpha is 1.
     image : (H, W, C) array
         The picture of all layers.
@@ -36,14 +39,16 @@ class LayerStack:
     Attributes
     ----------
     alphas, colors, windows : list
-        Alpha (H, W), colour (C,) and covered window of each layer, bottom first.
+        Alpha (H, W), colour, (C,) or (H, W, C), and covered window of each layer, bottom first.
     grounds : list of (H, W, C)
         Picture of the background and the k lowest layers, by depth k: N + 1 of them.
     transmittances : list of (H, W)
         Transmittance of all layers from depth k on: N + 1 of them.
     """
 
-    def __init__(self, background: ArrayLike, alphas: NDArray[Any], colors: NDArray[Any], image: NDArray[Any]) -> None:
+    def __init__(
+        self, background: ArrayLike, alphas: NDArray[Any], colors: Sequence[NDArray[Any]], image: NDArray[Any]
+    ) -> None:
         self._ids = list(range(len(colors)))
         self._fixed: list[int] = []
         self.alphas = [np.asarray(alpha, dtype=np.float32) for alpha in alphas]
@@ -104,12 +109,13 @@ class LayerStack:
         """Composite the layers from one on again, within a window."""
         for k in range(first, len(self)):
             ground = self.grounds[k][window]
-            seen = over(ground, self.alphas[k][window], self.colors[k]) if meet(window, self.windows[k]) else ground
-            self.grounds[k + 1][window] = seen
+            if meet(window, self.windows[k]):
+                ground = over(ground, self.alphas[k][window], in_window(self.colors[k], window))
+            self.grounds[k + 1][window] = ground
 
 
 def over(ground: NDArray[Any], alpha: NDArray[Any], color: NDArray[Any]) -> NDArray[Any]:
-    """Composite a layer of an alpha (H, W) and a colour (C,) over (H, W, C)."""
+    """Composite a layer of an alpha (H, W) and a colour, (C,) or (H, W, C), over (H, W, C)."""
     return np.asarray(ground + alpha[..., None] * (color - ground))
 
 

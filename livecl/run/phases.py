@@ -14,7 +14,6 @@ from typing import ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.layering.context import Context
 from livecl.layering.fills import shaded
 from livecl.layering.merging import merge_neighbors
 from livecl.layering.placement import place_paths
@@ -142,7 +141,7 @@ class Revise:
         """Take layers out, and place as many as are missing."""
         state = run.state
         run.remember()
-        if state.options.merge and run.progress.failures % 2 == 0 and not state.drawing.fills.any_gradients:
+        if state.options.merge and run.progress.failures % 2 == 0:
             merged = merge_neighbors(run, state.drawing, state.free, self.merging_loss)
             if merged.drawing.num_layers < state.drawing.num_layers:
                 state.replace_layers(merged.drawing, merged.sources)
@@ -179,13 +178,7 @@ def plan_of(schedule: Sequence[int], revisions: int, fills: str = "solid") -> tu
 def place(run: Work, count: int, stage: int) -> int:
     """Add up to `count` layers, labelled with a stage, and return how many were worth it."""
     state = run.state
-    context: Context = run
-    if state.drawing.fills.any_gradients and run.options.placement == "region":
-        # Placement composites layers of one colour: what gradients add to it is no longer wanted of new layers.
-        flat = state.drawing.replace(fills=None)
-        target = run.target - run.rasterizer.forward(state.drawing) + run.rasterizer.forward(flat)
-        context = Context(run.rasterizer, target, run.options, run.check)
-    placement = place_paths(context, state.drawing, count, state.rng, sum(run.progress.schedule))
+    placement = place_paths(run, state.drawing, count, state.rng, sum(run.progress.schedule))
     placed = placement.drawing.num_layers
     if placed:
         state.add(placement.drawing.replace(stages=np.full(placed, stage)), placement.order)

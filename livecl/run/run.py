@@ -122,7 +122,7 @@ class Run(Work):
             best, free = fallback.drawing, fallback.holds == FREE
         least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
         best = quantize(best)
-        if self.finished and state.options.merge and not best.fills.any_gradients:
+        if self.finished and state.options.merge:
             merged = merge_neighbors(self, best, free, least)
             best, free = quantize(merged.drawing), (merged.sources < 0) | free[merged.sources]
         drawing = needed_layers(self, best, least, free)

@@ -10,8 +10,10 @@ from support import drawings, shapes
 from support.drawings import rectangle
 
 from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.image.errors import mse
-from livecl.layering.contributions import layer_alphas, removal_changes, visible_shares
+from livecl.layering.contributions import composited_colors, layer_alphas, removal_changes, visible_shares
+from livecl.layering.stack import LayerStack
 from livecl.rendering.single import render
 
 SIZE = (12, 16)
@@ -25,6 +27,13 @@ def drawn(*layers: tuple[shapes.Path, ArrayLike], background: ArrayLike | None =
 
 def opacity(color: tuple[float, ...], alpha: float) -> tuple[float, ...]:
     return (*color[:3], alpha)
+
+
+def shaded_fills(count: int) -> Fills:
+    """Return translucent gradients across 20 x 20 px for some layers: linear and radial in turn."""
+    ends = [[(0.9, 0.1, 0.2, 0.4), (0.1, 0.8, 0.3, 0.9)], [(0.2, 0.2, 0.9, 0.8), (0.9, 0.9, 0.1, 0.3)]]
+    linear, radial = Fills.linear((2, 3), (17, 12), ends[0]), Fills.radial((9, 8), (19, 9), (8, 15), ends[1])
+    return concatenate_fills([(linear, radial)[layer % 2] for layer in range(count)])
 
 
 def test_shares_of_stacked_glass() -> None:
@@ -44,9 +53,13 @@ def test_shares_make_up_the_picture() -> None:
     assert image == pytest.approx(render(drawing), abs=20 * EPS)
 
 
-def test_removal_changes_are_those_of_the_rendered_pictures() -> None:
-    drawing = drawings.CASES["tangles"]().drawing
-    target = np.random.default_rng(0).uniform(size=(*drawing.size, 3))
+@pytest.mark.parametrize("background", [(0.4, 0.8, 0.6), None])
+@pytest.mark.parametrize("gradients", [False, True])
+def test_removal_changes_are_those_of_the_rendered_pictures(gradients: bool, background: ArrayLike | None) -> None:
+    drawing = drawings.CASES["tangles"]().drawing.replace(background=background)
+    if gradients:
+        drawing = drawing.replace(fills=shaded_fills(drawing.num_layers))
+    target = np.random.default_rng(0).uniform(size=(*drawing.size, 3 if background else 4))
     found = removal_changes(drawing, layer_alphas(drawing), target)
     layers = np.arange(drawing.num_layers)
     error = mse(render(drawing), target)
@@ -54,6 +67,17 @@ def test_removal_changes_are_those_of_the_rendered_pictures() -> None:
     # Means of squares of float32 colours, each off by a few eps.
     assert found == pytest.approx(np.array(without) - error, abs=20 * EPS)
     assert len(found) > 1
+
+
+@pytest.mark.parametrize("background", [(0.4, 0.8, 0.6), None])
+def test_a_stack_of_gradients_is_the_rendered_picture(background: ArrayLike | None) -> None:
+    drawing = drawings.CASES["tangles"]().drawing.replace(background=background)
+    drawing = drawing.replace(fills=shaded_fills(drawing.num_layers))
+    ground, colors = composited_colors(drawing)
+    image = render(drawing)
+    stack = LayerStack(ground, layer_alphas(drawing), colors, image)
+    # Each layer composites float32 colours once, off by a few eps.
+    np.testing.assert_allclose(stack.image, image, atol=4 * drawing.num_layers * EPS)
 
 
 def test_removal_changes_of_hidden_and_outside_layers_are_zero() -> None:

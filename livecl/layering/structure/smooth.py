@@ -85,8 +85,7 @@ class SmoothRegions(FlatRegions):
 
     def shown(self, ids: frozenset[int], mask: BoolArray) -> FloatArray:
         """Return what the fill of some regions shows at pixels (H, W), as pixels of the picture: (n, C)."""
-        rgba = self.paint(ids).at(_centers(mask))
-        return rgba[:, :3] if self.image.shape[2] == 3 else rgba * [[1, 1, 1, 0]] * rgba[:, 3:] + rgba * [[0, 0, 0, 1]]
+        return premultiplied(self.paint(ids).at(_centers(mask)))[:, : self.image.shape[2]]
 
     def pixels_of(self, ids: frozenset[int]) -> BoolArray:
         """Return the pixels (H, W) that are some regions' alone; all of theirs where these are few."""
@@ -155,7 +154,7 @@ def smooth_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, 
     miss = np.where(inner, 0.0, flat.miss)
     for k in range(len(flat.sizes)):
         own = found.pixels_of(frozenset((k,)))
-        miss[own] = np.abs(found.paint(frozenset((k,))).at(_centers(own)) - straight(pixels[own])).max(axis=1)
+        miss[own] = np.abs(found.shown(frozenset((k,)), own) - pixels[own]).max(axis=1)
     return dataclasses.replace(found, miss=miss)
 
 
@@ -165,6 +164,11 @@ def straight(pixels: FloatArray) -> FloatArray:
         return np.column_stack([pixels, np.ones(len(pixels))])
     alpha = pixels[:, 3:]
     return np.concatenate([np.clip(pixels[:, :3] / np.maximum(alpha, 1e-3), 0, 1), alpha], axis=1)
+
+
+def premultiplied(rgba: FloatArray) -> FloatArray:
+    """Return premultiplied RGBA (n, 4) of straight one."""
+    return np.concatenate([rgba[:, :3] * rgba[:, 3:], rgba[:, 3:]], axis=1)
 
 
 def fitted(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...]) -> Paint:
@@ -243,14 +247,15 @@ def _cut(image: FloatArray, labels: IntArray, price: float, kinds: tuple[str, ..
 def _explained(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...]) -> BoolArray | None:
     """Return which pixels of a core the fill explains that explains most; None where it explains all or too few."""
     colors, points = straight(image[mask]), _centers(mask)
-    weights = np.ones(len(points))
+    seen, alphas = premultiplied(colors), np.maximum(colors[:, 3] ** 2, 1e-3)
+    weights = alphas
     for _ in range(TRIMS):
         paint = fit_paint(points, colors, weights, price, kinds)
-        miss = np.abs(paint.at(points) - colors).max(axis=1)
+        miss = np.abs(premultiplied(paint.at(points)) - seen).max(axis=1)
         if np.mean(miss > MISSED) <= MISSED_SHARE:
             break
-        weights = 1 / (1 + np.square(miss / MISSED))
-    plain = np.abs(colors - _mode(colors)).max(axis=1)
+        weights = alphas / (1 + np.square(miss / MISSED))
+    plain = np.abs(seen - _mode(seen)).max(axis=1)
     if np.mean(plain <= MISSED) > np.mean(miss <= MISSED):
         miss = plain
     good = np.zeros(mask.shape, bool)
