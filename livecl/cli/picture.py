@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 from livecl.cli.common import FAILED
+from livecl.cli.hints import hint
 from livecl.cli.interrupts import Interrupted, Interrupts
 from livecl.cli.messages import complain, say
 from livecl.cli.outputs import STANDARD, Finished, Output, write_svg
@@ -19,15 +20,10 @@ from livecl.errors import LiveclError
 from livecl.files import remove_leftovers, write_atomically
 from livecl.image.resizing import DETAIL_IS_LOST, detail_lost, working_size
 from livecl.run.checkpoint import discard_checkpoint
-from livecl.run.recipe import Recipe
 from livecl.run.result import Result, RunError
-from livecl.schedule import MAX_DEFAULT_PATHS
 
 #: Seconds from which on the summary tells how long an output took.
 SLOW_OUTPUT = 1.0
-#: Mean squared error from which on a drawing is far from its picture: faces that lack a feature have 0.001 to 0.003, a
-#: screenshot drawn as seven bars has 0.02.
-FAR = 5e-3
 
 
 def run_job(job: Job, interrupts: Interrupts) -> int:
@@ -65,8 +61,8 @@ def run_job(job: Job, interrupts: Interrupts) -> int:
         complain(line)
     elif not job.quiet:
         say(line)
-        if hint := _hint(job.recipe, finished.result):
-            say(hint)
+        if more := hint(job.recipe, finished.result, job.image):
+            say(more)
     return code if all(written) else code or FAILED
 
 
@@ -165,21 +161,6 @@ def _line(job: Job, result: Result, reason: str | None) -> str:
     if reason is None:
         return f"{job.output_name}: {figures}"
     return f"{reason}; {job.output_name} has the best drawing so far: {figures}{going_on(job.control)}"
-
-
-def _hint(recipe: Recipe, result: Result) -> str:
-    """Return a hint if the drawing is far from the picture, else ""."""
-    used, most = result.drawing.num_layers, sum(recipe.stages)
-    if recipe.chooses_paths and used <= MAX_DEFAULT_PATHS:
-        most = MAX_DEFAULT_PATHS
-    if result.stopped is not None or not result.mse >= FAR:
-        return ""
-    if used < most:
-        return (
-            "that is far from the picture, and further paths gained too little each, as in noise, texture or smooth "
-            "ramps: try --preset photo, or a smaller --path-gain"
-        )
-    return f"that is far from the picture: try more than {most} paths (--paths {4 * most})"
 
 
 def _why(error: OSError) -> str:

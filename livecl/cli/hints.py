@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hints where a drawing stays far from its picture: how far that is follows from the picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.image.reading import premultiplied
+from livecl.run.recipe import Recipe
+from livecl.run.result import Result
+from livecl.schedule import MAX_DEFAULT_PATHS
+
+#: Mean squared error from which on a drawing is far from any picture: faces that lack a feature have 0.001 to 0.003, a
+#: screenshot drawn as seven bars has 0.02.
+FAR = 5e-3
+#: Share of a picture's variance that is left where the drawing lacks much of what there is to see, and the error below
+#: which nothing is lacking: two levels of 255.
+LEFT, VISIBLE = 0.05, (2 / 255) ** 2
+#: Share of blocks that are smoothly shaded, from which on a picture is; side of a block, px; and, in levels of 255, the
+#: least range of its shading and the most that a plane misses it by (root of the mean square).
+SMOOTH_SHARE, BLOCK, RANGE, MISS = 0.2, 16, 2.0, 0.75
+
+FloatArray = NDArray[np.float64]
+
+
+def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
+    """Return what to try if a drawing is far from its picture, (H, W, 3) or (H, W, 4), else ""."""
+    if result.stopped is not None or not result.mse >= VISIBLE:
+        return ""
+    if recipe.options.fills == "solid" and smooth_share(image) >= SMOOTH_SHARE:
+        return "the picture is smoothly shaded, and each path has one colour: try --fills auto"
+    variance = float(np.mean(np.var(premultiplied(np.asarray(image, dtype=np.float32)), axis=(0, 1))))
+    if result.mse < min(FAR, LEFT * variance):
+        return ""
+    used, most = result.drawing.num_layers, sum(recipe.stages)
+    if recipe.chooses_paths and used <= MAX_DEFAULT_PATHS:
+        most = MAX_DEFAULT_PATHS
+    if used < most:
+        return (
+            "that is far from the picture, and further paths gained too little each, as in noise, texture or smooth "
+            "ramps: try --preset photo, or a smaller --path-gain"
+        )
+    return f"that is far from the picture: try more than {most} paths (--paths {4 * most})"
+
+
+def smooth_share(image: NDArray[np.floating]) -> float:
+    """Return the share of a picture's blocks that are smoothly shaded: not of one colour, and planes all but rounding.
+
+    Parameters
+    ----------
+    image : (H, W, C)
+        Components in [0, 1].
+    """
+    side = min(BLOCK, *image.shape[:2])
+    rows, columns = image.shape[0] // side, image.shape[1] // side
+    cut: FloatArray = 255 * np.asarray(image[: rows * side, : columns * side], dtype=np.float64)
+    blocks = (
+        cut.reshape(rows, side, columns, side, -1).transpose(0, 2, 4, 1, 3).reshape(-1, image.shape[2], side * side)
+    )
+    blocks = blocks - blocks.mean(axis=2, keepdims=True)
+    along = np.arange(side) - (side - 1) / 2
+    plane = np.stack([np.repeat(along, side), np.tile(along, side)], axis=1)
+    plane /= max(float(np.linalg.norm(plane[:, 0])), 1e-9)
+    slopes = blocks @ plane  # the two columns are orthonormal
+    miss = np.sqrt(np.maximum(np.square(blocks).sum(axis=2) - np.square(slopes).sum(axis=2), 0) / side**2).max(axis=1)
+    span = (np.abs(slopes).sum(axis=2) * (np.abs(plane).max() * 2)).max(axis=1)
+    return float(np.mean((span >= RANGE) & (miss <= MISS)))

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hints for drawings far from their pictures: the bound follows from the picture."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support.results import result_of, sample_drawing
+
+from livecl import Options
+from livecl.cli.hints import hint, smooth_share
+from livecl.run.recipe import Recipe
+
+RAMP = np.tile(np.round(255 * np.linspace(0.4, 0.6, 160))[None, :, None] / 255, (90, 1, 3))
+NOISE = np.clip(0.5 + 0.02 * np.random.default_rng(0).standard_normal((90, 160, 3)), 0, 1)
+
+
+def said(image: NDArray[np.float64], mse: float, **changes: object) -> str:
+    result = dataclasses.replace(result_of(sample_drawing(), np.zeros((240, 200, 3))), mse=mse)
+    recipe = Recipe(paths=3, options=Options(**changes))  # type: ignore[arg-type]
+    return hint(recipe, result, image)
+
+
+def test_a_smooth_ramp_asks_for_gradients() -> None:
+    assert smooth_share(RAMP) > 0.9
+    assert "--fills auto" in said(RAMP, 4e-4)
+    assert "--fills auto" not in said(RAMP, 4e-4, fills="auto")
+    assert said(RAMP, 1e-5) == ""  # less than is seen
+
+
+@pytest.mark.parametrize("image", [NOISE, np.ones((90, 160, 3)), np.eye(90)[..., None].repeat(3, axis=2)])
+def test_noise_flat_colour_and_lines_are_not_smooth(image: NDArray[np.float64]) -> None:
+    assert smooth_share(image) < 0.05
+
+
+def test_pale_pictures_have_a_lower_bound() -> None:
+    """A drawing of a pale picture that lacks half of it has a small error all the same."""
+    page = np.ones((90, 160, 3))
+    page[20:60, 30:90] = 1 - 12 / 255
+    half = float(np.mean(np.var(page, axis=(0, 1)))) / 2
+    assert half < 5e-4
+    assert "far from the picture" in said(page, half)
+    dark = page.copy()
+    dark[20:60, 30:90] = 0
+    assert said(dark, half) == ""
+    assert "far from the picture" in said(dark, 6e-3)
+
+
+def test_transparent_pictures_vary_by_what_is_seen() -> None:
+    clear = np.concatenate([NOISE, np.zeros((90, 160, 1))], axis=2)
+    assert said(clear, 6e-5) == ""
+
+
+def test_a_picture_of_one_pixel_is_not_smooth() -> None:
+    assert smooth_share(np.zeros((1, 1, 3))) == 0
