@@ -86,6 +86,10 @@ class Options:
         "further one is begun, and at the end layers worth less are dropped. 0 for none",
     )
     untangle: bool = _option(True, "Whether outlines that cross themselves lose their loops in the course of a stage")
+    trim: bool = _option(
+        True,
+        "Whether outlines that hang far over the page are cut at the end to a bleed of a sixtieth of its longer side",
+    )
     background: str = _option(
         "picture",
         'A colour, as "white" or "#rrggbb"; "none": colour and alpha of the picture are the target; "auto": the '
@@ -255,6 +259,7 @@ _PAPER: dict[str, Any] = {
     "target_mse": 0.0,
     "path_gain": 0.0,
     "untangle": False,
+    "trim": False,
     "background": "white",
     "radius": 5.0,
     "tau": 10.0,

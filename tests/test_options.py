@@ -41,6 +41,7 @@ PAPER = {
     "target_mse": 0.0,
     "path_gain": 0.0,
     "untangle": False,
+    "trim": False,
     "full_rate_side": 0.0,
     "decay": 1.0,
     "opacity": "train",

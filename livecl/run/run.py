@@ -13,6 +13,7 @@ from livecl.errors import LiveclError
 from livecl.geometry.outlines import circle
 from livecl.layering.merging import merge_neighbors
 from livecl.layering.pruning import needed_layers
+from livecl.layering.trimming import trimmed
 from livecl.run.phases import Grow, Phase, Revise, plan_of
 from livecl.run.progress import Progress
 from livecl.run.work import Work
@@ -126,6 +127,8 @@ class Run(Work):
             merged = merge_neighbors(self, best, free, least)
             best, free = quantize(merged.drawing), (merged.sources < 0) | free[merged.sources]
         drawing = needed_layers(self, best, least, free)
+        if self.finished and state.options.trim and start is None:
+            drawing = quantize(trimmed(drawing))
         if start is not None:
             start = quantize(start)
             if self.visible_mse(start) < self.visible_mse(drawing):

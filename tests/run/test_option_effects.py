@@ -139,6 +139,15 @@ EFFECTS: dict[str, Effect] = {
         -1,
         schedule=(8,),
     ),
+    # A ground that turns from red to blue is drawn by paths that reach beyond the page.
+    "trim": Effect(
+        Options.paper(iterations=30, radius=20.0),
+        {"trim": True},
+        lambda run: np.abs(run.drawing.points - 12).max(),
+        -1,
+        RAMP,
+        (1,),
+    ),
     "background": Effect(QUICK, {"background": "#0000ff"}, lambda run: run.drawing.background[:2].sum(), -1),
     "radius": Effect(STILL, {"radius": 3.0}, lambda run: radii(run).mean(), -1),
     # A circle on the disc's edge: what lies deeper inside counts less with a shorter reach.
