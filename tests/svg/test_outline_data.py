@@ -77,6 +77,15 @@ def test_points_nowhere_apart_stay_as_they_are() -> None:
     np.testing.assert_array_equal(read_svg(format_svg(drawing).encode()).points, quantize(drawing).points)
 
 
+@pytest.mark.parametrize("precision", range(5))
+def test_two_lines_to_and_fro_stay_cubics(precision: int) -> None:
+    """Rounded to whole numbers, a handle is within a unit of its neighbour's reflection, and both segments are lines."""
+    there, back = [[0.5, 0], [0.5, 0], [7 / 12, 0]], [[0.75, 0], [2 / 3, 0], [7 / 12, 0]]
+    drawing = drawing_of(np.array([there, back]))
+    got = read_svg(format_svg(drawing, precision).encode())
+    np.testing.assert_array_equal(got.points, quantize(drawing, precision).points)
+
+
 def test_open_subpaths_are_not_closed_and_their_last_line_is_written() -> None:
     outline = polygon([[1, 2], [11, 2], [11, 8]])
     assert format_outline(outline, 3, is_open=True) == "M1 2h10v6"

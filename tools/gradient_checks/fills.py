@@ -15,8 +15,8 @@ from livecl.rendering.fills import place_maps
 
 #: The numbers of fills.
 FILL_PARTS = ("geometry", "stop_positions", "stop_colors")
-#: Nearer to each other than this, stops are not moved: what they pass is a step.
-NEAR = 1e-3
+#: Nearer to each other than this, stops are not moved: differences err by about (step / width)^2 of the derivative.
+NEAR = 0.05
 #: Largest entry of A, 1 / px, where points are moved: of narrower gradients the third derivative is too large.
 STEEP = 10.0
 
