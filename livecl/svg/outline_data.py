@@ -45,7 +45,9 @@ def rounded_points(points: FloatArray, following: IntArray, drawn: NDArray[np.bo
     near = (np.abs(points[following, 1] - reflected) <= 1.01 * unit).all(axis=1) & ~straight & ~straight[following]
     near &= (points[:, 2] != points[following, 0]).any(axis=1) & drawn & drawn[following]
     points[following[near], 1] = reflected[near]
-    straight &= ~(straight[following] & (following[following] == np.arange(len(points))))  # two lines: readers drop them
+    straight &= ~(
+        straight[following] & (following[following] == np.arange(len(points)))
+    )  # two lines: readers drop them
     start, end = points[straight, 0], points[following[straight], 0]
     points[straight, 1] = np.round(start + (end - start) / 3, MAX_PRECISION) + 0.0
     points[straight, 2] = np.round(end - (end - start) / 3, MAX_PRECISION) + 0.0

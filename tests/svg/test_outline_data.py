@@ -79,7 +79,7 @@ def test_points_nowhere_apart_stay_as_they_are() -> None:
 
 @pytest.mark.parametrize("precision", range(5))
 def test_two_lines_to_and_fro_stay_cubics(precision: int) -> None:
-    """Rounded to whole numbers, a handle is within a unit of its neighbour's reflection, and both segments are lines."""
+    """Rounded to whole numbers, a handle is within a unit of its neighbour's reflection, and both are lines."""
     there, back = [[0.5, 0], [0.5, 0], [7 / 12, 0]], [[0.75, 0], [2 / 3, 0], [7 / 12, 0]]
     drawing = drawing_of(np.array([there, back]))
     got = read_svg(format_svg(drawing, precision).encode())
