@@ -17,7 +17,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.image.resizing import reduced, scaled
 from livecl.options import Options
 from livecl.run.recipe import Recipe
-from livecl.svg import quantize
+from livecl.svg import quantize, read_svg
 
 QUICK = Options(iterations=4, revisions=0)
 
@@ -65,10 +65,13 @@ def test_large_pictures_are_worked_on_small_and_drawn_large(channels: int) -> No
 @pytest.mark.parametrize("precision", [0, 1, 3, 5])
 def test_the_error_is_that_of_what_is_saved(precision: int) -> None:
     image = square(40)
-    result = Recipe(paths=1, options=QUICK, precision=precision).vectorize(image)
+    recipe = Recipe(paths=1, options=QUICK, precision=precision)
+    result = recipe.vectorize(image)
     difference = livecl.render(result.drawing) - image
     assert result.mse == pytest.approx(np.mean(np.square(difference, dtype=np.float64)), rel=1e-5)
-    np.testing.assert_array_equal(result.drawing.points, np.round(result.drawing.points, precision))
+    saved = read_svg(recipe.svg(result.drawing).encode())
+    np.testing.assert_allclose(saved.points, result.drawing.points, rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(saved.points[:, 0], np.round(saved.points[:, 0], precision))
 
 
 def test_refines_a_start_on_the_picture_s_canvas() -> None:
