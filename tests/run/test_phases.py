@@ -90,6 +90,30 @@ def test_no_path_worth_placing_leaves_out_the_stages_left(place: int, device: in
     assert {step.stage for step in steps if step.kind == "revise"} <= {3} and len(result.stages) == 1
 
 
+@pytest.mark.parametrize(("before", "after", "kept"), [(0.2, 0.1, True), (0.1, 0.2, False)])
+def test_fills_are_kept_if_they_lower_the_error(
+    before: float, after: float, kept: bool, device: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = build([([rectangle(2, 2, 22, 22)], (0.5, 0.5, 0.5, 1))], (24, 24))
+    fade = Fills.linear((2, 0), (22, 0), [(0, 0, 0, 1), (1, 1, 1, 1)])
+    run = new_run(Options(iterations=1, fills="auto"), (1,), device, livecl.render(plain.replace(fills=fade), device))
+    run.state.add(plain, np.arange(1))
+    run.state.stage = 1
+    assert run.phase == Shade()
+    assert run.begin() and run.state.drawing.fills.any_gradients
+    scripted(run, [after, before], monkeypatch)
+    assert run.end() == kept
+    assert run.state.drawing.fills.any_gradients == kept and run.state.stage == 2
+
+
+def test_shading_is_left_out_where_no_layer_gets_another_fill(device: int) -> None:
+    plain = build([([rectangle(2, 2, 22, 22)], (0.5, 0.5, 0.5, 1))], (24, 24))
+    run = new_run(Options(iterations=1, fills="auto"), (1,), device, livecl.render(plain, device))
+    run.state.add(plain, np.arange(1))
+    run.state.stage = 1
+    assert not run.begin() and run.state.stage == 2 and not run.progress.placed
+
+
 def test_a_stage_that_finds_nothing_to_place_is_the_last(device: int) -> None:
     drawing = build([([rectangle(4, 4, 20, 20)], (0.2, 0.4, 0.6, 1))], (24, 24))
     run = new_run(
