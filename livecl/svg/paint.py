@@ -116,10 +116,10 @@ def opacity_of(text: str | None) -> float:
 
 
 def is_stroked(style: Mapping[str, str]) -> bool:
-    """Return whether an outline would be drawn."""
+    """Return whether an outline would be drawn, or is all that there is of a shape: an invisible layer is one."""
     return (
         style.get("stroke", "none").lower() not in ("none", "transparent")
-        and opacity_of(style.get("stroke-opacity")) > 0
+        and (opacity_of(style.get("stroke-opacity")) > 0 or style.get("fill", "").lower() == "none")
         and re.fullmatch(r"[0.]*[a-z%]*", style.get("stroke-width", "1").strip()) is None
     )
 

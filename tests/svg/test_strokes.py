@@ -134,11 +134,17 @@ def test_too_many_dashes_are_refused() -> None:
         read(f'<path d="M0 5H90" {STROKE} stroke-dasharray="0.0001"/>')
 
 
-@pytest.mark.parametrize(
-    "style", ['stroke-width="0"', 'stroke-width="-2"', 'stroke-opacity="0"', 'stroke-miterlimit="0"']
-)
+@pytest.mark.parametrize("style", ['stroke-width="0"', 'stroke-width="-2"', 'stroke-miterlimit="0"'])
 def test_pens_that_draw_nothing(style: str) -> None:
     assert read(f'<path d="M1 1L9 9" {STROKE} {style}/>').num_layers == 0
+
+
+def test_invisible_strokes_are_layers_where_there_is_nothing_else() -> None:
+    """As saved layers are, which all come back; beside a fill, such a stroke is none."""
+    drawing = read(f'<path d="M1 1L9 9" {STROKE} stroke-opacity="0"/>')
+    assert drawing.num_layers == 1 and drawing.colors[0, 3] == 0
+    assert read_svg(format_svg(drawing).encode()).num_layers == 1
+    assert read('<path d="M1 1L9 9L1 9Z" fill="red" stroke="blue" stroke-opacity="0"/>').num_layers == 1
 
 
 def test_joins_of_svg_2_are_named() -> None:
