@@ -100,7 +100,10 @@ class Options:
     tau: float = _option(10.0, "Reach of the distance weight, px")
     color_threshold: float = _option(0.1, "Differences of colour under it count as right already, c_alpha")
     bins: int = _option(200, "Bins of about equal population that the other differences are sorted into")
-    learning_rate: float = _option(1.0, "Adam's step for control points, px")
+    learning_rate: float = _option(
+        1.0,
+        "Adam's step for control points, px; at most 0.3 for outlines of whole shapes, which are known more closely",
+    )
     color_learning_rate: float = _option(0.01, "Adam's step for colours")
     full_rate_side: float = _option(
         240.0,

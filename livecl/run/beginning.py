@@ -19,6 +19,8 @@ from livecl.schedule import MAX_AUTO_PATHS, MAX_DEFAULT_PATHS, growing_schedule,
 
 #: Colours of a flat picture are read off it: they are hardly trained.
 STRUCTURE_COLOR_RATE = 2e-4
+#: Largest learning rate of points, px, where outlines are known to a tenth of a pixel: larger steps would lose them.
+STRUCTURE_POINT_RATE = 0.3
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -102,6 +104,11 @@ def placed_by(options: Options, image: NDArray[np.float32], drawing: Drawing, co
         if structured(target_over(image, drawing.background), drawing.background, count, shading_of(options)):
             opacity: Literal["opaque", "train"] = "train" if options.opacity == "train" else "opaque"
             return dataclasses.replace(
-                options, revisions=0, merge=False, opacity=opacity, color_learning_rate=STRUCTURE_COLOR_RATE
+                options,
+                revisions=0,
+                merge=False,
+                opacity=opacity,
+                learning_rate=min(options.learning_rate, STRUCTURE_POINT_RATE),
+                color_learning_rate=STRUCTURE_COLOR_RATE,
             )
     return dataclasses.replace(options, placement="region")

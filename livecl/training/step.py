@@ -14,6 +14,7 @@ from livecl.rendering.rasterizer import Gradients, Rasterizer
 from livecl.training.adam import decayed, settling
 from livecl.training.fills import hold_fills
 from livecl.training.state import State
+from livecl.training.ties import Ties
 
 #: Steps after which the numbers of lines that flatten the segments are looked at again.
 PIECES_PERIOD = 10
@@ -55,7 +56,12 @@ def move(state: State, gradients: Gradients) -> None:
         return base * settled * (1 if options.decay == 1 else decayed(ages, options.decay, DECAY_PERIOD))
 
     point_rate = options.learning_rate * min(1.0, max(drawing.size) / max(options.full_rate_side, 1.0))
+    ties = Ties.of(drawing) if options.placement == "structure" else None
+    if ties is not None:
+        ties.gather(gradients.points)
     points = drawing.points + state.points.step(gradients.points, rate(point_rate, state.points.ages))
+    if ties is not None:
+        ties.restore(points)
     color_rate = rate(options.color_learning_rate, state.colors.ages)
     colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
     if options.opacity == "opaque":

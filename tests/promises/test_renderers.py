@@ -53,10 +53,10 @@ def test_translucent_overlaps_and_a_hole() -> None:
 @pytest.mark.parametrize("name", ["face", "logo", "letter", "badge"])
 def test_vectorized_samples(name: str) -> None:
     image = livecl.read_image(ROOT / "examples" / f"{name}.png")
-    _check(livecl.vectorize(image, paths=5, options=Options(placement="region", iterations=40, revisions=0)).drawing)
+    _check(livecl.vectorize(image, paths=5, options=Options(iterations=40)).drawing)
 
 
 @pytest.mark.parametrize("name", ["1f436", "1f614", "1f646"])
 def test_vectorized_faces(name: str, data_dir: Path) -> None:
     image = over_background(livecl.read_image(data_dir / "emoji" / f"{name}.png"), (1, 1, 1))
-    _check(livecl.vectorize(image, paths=5, options=Options(placement="region", iterations=40, revisions=0)).drawing)
+    _check(livecl.vectorize(image, paths=5, options=Options(iterations=40)).drawing)

@@ -187,7 +187,7 @@ def test_large_pictures_are_worked_on_smaller() -> None:
     def seen(_: int, result: livecl.Result) -> None:
         sizes.append((result.drawing.size, result.working_size))
 
-    options = livecl.Options(placement="region", iterations=5, revisions=0)
+    options = livecl.Options(iterations=5, revisions=0)
     frames = [image, np.roll(image, 3, axis=1)]
     result = livecl.vectorize_sequence(frames, paths=1, options=options, size=30, on_frame=seen)
     assert sizes == [((60, 90), (24, 37))] * 2
