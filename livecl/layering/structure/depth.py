@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from livecl.layering.structure.completion import SHORTEST_GAP, completed, joined
 from livecl.layering.structure.contours import AFTER, BEFORE, OWN, Contour, Outlines
-from livecl.layering.structure.flat import SAME_COLOR
 from livecl.layering.structure.prices import Prices, outline_price, signed_area
 
 FloatArray = NDArray[np.float64]
@@ -55,7 +54,7 @@ def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
     """Return the regions of the ground's colour (C,) that are the ground: at the page's edge, or seen through holes."""
     regions = outlines.regions
     edge = np.concatenate([regions.labels[0], regions.labels[-1], regions.labels[:, 0], regions.labels[:, -1]])
-    alike = np.abs(regions.colors - ground).max(axis=1) <= SAME_COLOR
+    alike = regions.near(ground)
     found = {int(k) for k in np.unique(edge) if alike[k]}
     inner = [k for k in np.flatnonzero(alike).tolist() if k not in found]
     facing = {k: {o: n for o, n in _facing(outlines.outer(k)).items() if o >= 0} for k in inner}

@@ -15,6 +15,7 @@ from livecl.drawing.fills import SOLID, Fills
 from livecl.layering.ramps import Shading
 from livecl.layering.structure.flat import FlatRegions, flat_regions, flatness
 from livecl.layering.structure.layers import Layer, find_layers
+from livecl.layering.structure.noise import noise_level
 from livecl.layering.structure.smooth import SmoothRegions, smooth_regions
 
 FloatArray = NDArray[np.float64]
@@ -29,8 +30,8 @@ CORE_SHARE = 0.5
 MOST_SLOPES = 0.02
 #: Most regions of a flat picture, for each of its 256 x 256 pixels.
 MOST_REGIONS = 150
-#: What a pixel's colour may miss and still count as explained.
-EXPLAINED = 12 / 255
+#: What a pixel's colour may miss and still count as explained: a constant, and for each unit of noise.
+EXPLAINED, EXPLAINED_OF_NOISE = 12 / 255, 6.0
 #: Share of the pixels within regions that the layers may show wrongly: a shape completed over what lies in front of it
 #: hides that, and training does not bring much of it back. 26 of 30 icons have less than 0.01, the others 0.02 to 0.05,
 #: which training mends; a logo of which a whole wave was hidden 0.22.
@@ -111,7 +112,7 @@ class Structure:
         seen = _painted(regions, self.layers, self.ground, self.top)
         wanted = regions.image if isinstance(regions, SmoothRegions) else regions.colors[regions.labels]
         miss = np.abs(seen - wanted).max(axis=-1)
-        return float(np.mean(miss[inner] > EXPLAINED)) if inner.any() else 0.0
+        return float(np.mean(miss[inner] > _explained(regions))) if inner.any() else 0.0
 
     def united(self, most: int) -> Structure:
         """Unite layers of one fill, where at most `most` are wanted and less is lost by it than by leaving one out.
@@ -197,6 +198,10 @@ def _explaining(
     data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], most: int, shading: Shading | None
 ) -> Structure | None:
     pixels = np.frombuffer(data, np.float32).reshape(shape)
+    if noise_level(pixels.astype(np.float64)):
+        flat = _flat(data, shape, ground)
+        if flat.regions.noise and _many_explained(flat.regions) and (explaining := _judged(flat, most)) is not None:
+            return explaining
     share, slopes, cores = flatness(pixels)
     if shading is not None and slopes > SOME_SLOPES:
         regions = smooth_regions(pixels, shading.price * pixels.size, shading.kinds)
@@ -219,10 +224,15 @@ def _most_regions(shape: tuple[int, ...]) -> float:
     return MOST_REGIONS * max(1.0, shape[0] * shape[1] / 65536)
 
 
+def _explained(regions: FlatRegions) -> float:
+    """Return what a pixel's colour may miss and still count as explained."""
+    return EXPLAINED + EXPLAINED_OF_NOISE * regions.noise
+
+
 def _many_explained(regions: FlatRegions) -> bool:
     """Whether not too many regions of some size explain nearly all pixels."""
     large = regions.sizes[regions.labels] >= LARGE_REGION
-    explained = float(np.mean(large & (regions.miss <= EXPLAINED)))
+    explained = float(np.mean(large & (regions.miss <= _explained(regions))))
     return explained >= FLAT_SHARE and len(regions.sizes) <= _most_regions(regions.labels.shape)
 
 

@@ -14,14 +14,19 @@ from numpy.typing import NDArray
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import connected_components
 
+from livecl.layering.structure.noise import noise_level, noisy_cores
+from livecl.layering.structure.small import ALIKE_OF_NOISE, SAME_STEP, without_small
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 #: Largest step between neighbouring pixels of one core, in a clean picture and in another, and what a mixture may miss
 #: a colour by: levels of 255.
-CLEAN_STEP, SAME_STEP, MIXTURE_MISS = 0.6 / 255, 2.5 / 255, 10 / 255
-#: Largest difference of any channel of two regions of one colour.
-SAME_COLOR = 1.5 / 255
+CLEAN_STEP, MIXTURE_MISS = 0.6 / 255, 10 / 255
+#: What a mixture may miss a colour by in addition, for each unit of noise.
+MISS_OF_NOISE = 6.0
+#: Largest difference of any channel of two regions of one colour: a constant, and for each unit of noise.
+SAME_COLOR, SAME_OF_NOISE = 1.5 / 255, 1.0
 #: Largest step that counts as a slope: shading, and the bands that 8 bits make of it.
 SLOPE_STEP = 6 / 255
 #: Share of neighbouring pixels that are equal in a clean picture.
@@ -29,7 +34,7 @@ CLEAN_SHARE = 0.6
 #: Rounds in which unexplained pixels become cores.
 ROUNDS = 6
 #: Miss from which on a single pixel becomes a core, and pixels of the smallest region.
-SINGLE_MISS, SMALLEST = 0.15, 5
+SINGLE_MISS, SMALLEST, SMALLEST_NOISY = 0.15, 5, 12
 #: Nearest cores that are mixed, and what distance counts like a miss, per px.
 NEAR, DISTANCE_MISS = 4, 1 / 255
 _SQUARE = np.ones((3, 3), bool)
@@ -58,6 +63,8 @@ class FlatRegions:
         Share of each pixel that is its region's, from 0.5 to 1.
     miss : (H, W) float
         What is left of each pixel's colour unexplained, of any channel.
+    noise : float
+        Root mean square of the picture's noise, 0 for a clean one.
     """
 
     labels: IntArray
@@ -67,10 +74,15 @@ class FlatRegions:
     other: IntArray
     share: FloatArray
     miss: FloatArray
+    noise: float = dataclasses.field(default=0.0, kw_only=True)
+
+    def near(self, color: FloatArray) -> NDArray[np.bool_]:
+        """Whether each region has a colour (C,), but for noise: (K,)."""
+        return np.asarray(np.abs(self.colors - color).max(axis=1) <= SAME_COLOR + SAME_OF_NOISE * self.noise)
 
     def alike(self, a: int, b: int) -> bool:
         """Whether two regions have one fill."""
-        return bool(np.abs(self.colors[a] - self.colors[b]).max() <= SAME_COLOR)
+        return bool(self.near(self.colors[a])[b])
 
 
 def flatness(image: NDArray[np.floating]) -> tuple[float, float, int]:
@@ -91,17 +103,23 @@ def _step(pixels: FloatArray) -> float:
 def flat_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions:
     """Cut a picture (H, W, C) into flat regions with resolved borders."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
-    step = _step(pixels)
-    labels = _cores(pixels, step)
-    colors = means_of(labels, pixels)
+    noise = noise_level(pixels)
+    cores = noisy_cores(pixels, noise) if noise else None
+    if cores is None:
+        noise, labels = 0.0, _cores(pixels, _step(pixels))
+        colors = means_of(labels, pixels)
+    else:
+        labels, colors, noise = cores
+        miss += MISS_OF_NOISE * noise
+    sure = len(colors)
     for round_number in range(ROUNDS):
         mixture = explain(pixels, labels, colors)
         if round_number == ROUNDS - 1 or not (mixture.miss > miss).any():
             break
-        colors, added = add_cores(pixels, labels, colors, mixture, miss)
+        colors, added = add_cores(pixels, labels, colors, mixture, miss, noise)
         if not added:
             break
-    return regions_of(pixels, labels, colors, mixture)
+    return regions_of(pixels, labels, colors, mixture, np.arange(len(colors)) < sure, miss, noise)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -187,7 +205,7 @@ def explain(image: FloatArray, labels: IntArray, colors: FloatArray | None) -> M
 
 
 def add_cores(
-    image: FloatArray, labels: IntArray, colors: FloatArray, mixture: Mixture, miss: float
+    image: FloatArray, labels: IntArray, colors: FloatArray, mixture: Mixture, miss: float, noise: float = 0.0
 ) -> tuple[FloatArray, int]:
     """Make cores of the worst explained pixel of each patch, and of those like it around; `labels` is changed."""
     missed = np.zeros(labels.shape)
@@ -198,9 +216,9 @@ def add_cores(
     for patch, worst in enumerate(ndimage.maximum_position(missed, patches, np.arange(1, count + 1)), start=1):
         box = boxes[patch - 1]
         inside = patches[box] == patch
-        if inside.sum() < 2 and missed[worst] < SINGLE_MISS:
+        if inside.sum() < (SMALLEST_NOISY if noise else 2) and (noise or missed[worst] < SINGLE_MISS):
             continue
-        alike = inside & (np.abs(image[box] - image[worst]).max(axis=-1) <= 4 * SAME_STEP)
+        alike = inside & (np.abs(image[box] - image[worst]).max(axis=-1) <= 4 * SAME_STEP + ALIKE_OF_NOISE * noise)
         parts, _ = ndimage.label(alike, _SQUARE)
         alike = parts == parts[worst[0] - box[0].start, worst[1] - box[1].start]
         labels[box][alike] = len(colors) + len(new_colors)
@@ -208,8 +226,19 @@ def add_cores(
     return np.concatenate([colors, np.reshape(new_colors, (-1, colors.shape[1]))]), len(new_colors)
 
 
-def regions_of(image: FloatArray, labels: IntArray, colors: FloatArray, mixture: Mixture) -> FlatRegions:
-    """Give mixed pixels to the core that most of them belongs to, and number the connected regions."""
+def regions_of(
+    image: FloatArray,
+    labels: IntArray,
+    colors: FloatArray,
+    mixture: Mixture,
+    sure: NDArray[np.bool_] | None = None,
+    miss_of_blends: float = 0.0,
+    noise: float = 0.0,
+) -> FlatRegions:
+    """Give mixed pixels to the core that most of them belongs to, and number the connected regions.
+
+    Cores that are not `sure` may be blends of their neighbours; None says that all are.
+    """
     size = image.shape[:2]
     miss = np.where(labels > 0, np.abs(image - colors[labels]).max(axis=-1), 0.0)
     labels, other, share = labels.copy(), labels.copy(), np.ones(size)
@@ -233,28 +262,10 @@ def regions_of(image: FloatArray, labels: IntArray, colors: FloatArray, mixture:
     )
     cores = np.zeros(parts.max() + 1, np.int64)
     cores[parts.ravel()] = labels.ravel()
-    parts = _without_small(parts, colors[cores])
+    certain = np.ones(len(cores), bool) if sure is None else sure[cores]
+    smallest = SMALLEST_NOISY if noise else SMALLEST
+    parts = without_small(parts, colors[cores], smallest, miss_of_blends, certain, noise)
     kept, parts = np.unique(parts, return_inverse=True)
     parts = parts.reshape(size)
-    return FlatRegions(parts, colors[cores[kept]], np.bincount(parts.ravel()), cores[kept], other, share, miss)
-
-
-def _without_small(parts: IntArray, colors: FloatArray) -> IntArray:
-    """Give regions of fewer pixels than the smallest to the neighbour of the nearest colour."""
-    sizes = np.bincount(parts.ravel())
-    boxes = ndimage.find_objects(parts + 1)
-    for part in np.argsort(sizes, kind="stable"):
-        if sizes[part] >= SMALLEST:
-            break
-        box = tuple(slice(max(s.start - 1, 0), s.stop + 1) for s in boxes[part])
-        inside = parts[box] == part
-        around = np.unique(parts[box][ndimage.binary_dilation(inside, _SQUARE) & ~inside])
-        if len(around) and inside.any():
-            target = around[np.argmin(np.abs(colors[around] - colors[part]).max(axis=1))]
-            parts[box][inside] = target
-            sizes[target] += sizes[part]
-            boxes[target] = tuple(
-                slice(min(a.start, b.start), max(a.stop, b.stop))
-                for a, b in zip(boxes[target], boxes[part], strict=True)
-            )
-    return parts
+    found = colors[cores[kept]], np.bincount(parts.ravel()), cores[kept]
+    return FlatRegions(parts, *found, other, share, miss, noise=noise)

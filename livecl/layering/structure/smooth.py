@@ -20,7 +20,6 @@ from livecl.layering.ramps import COLOR_NUMBERS, LAYER_NUMBERS, Paint, fit_paint
 from livecl.layering.structure.flat import (
     MIXTURE_MISS,
     ROUNDS,
-    SAME_STEP,
     FlatRegions,
     add_cores,
     explain,
@@ -28,6 +27,7 @@ from livecl.layering.structure.flat import (
     means_of,
     regions_of,
 )
+from livecl.layering.structure.small import SAME_STEP
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Small regions that their neighbours explain: specks, blends of two colours, what noise and ringing differ by."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Largest difference of one colour, levels of 255, and for each unit of noise.
+SAME_STEP, ALIKE_OF_NOISE = 2.5 / 255, 3.0
+#: Smallest regions, in units of the smallest, that may be a blend of two neighbours.
+BLENDED = 5
+#: Contrast of a small or thin region, as a share of that of the edge along which it lies, up to which it is the ringing
+#: of compression; share of a thin region's pixels that lie in blocks of 3 x 3.
+RINGING, THIN_SHARE = 0.3, 0.5
+_SQUARE = np.ones((3, 3), bool)
+
+
+def without_small(
+    parts: IntArray, colors: FloatArray, smallest: int, miss: float, sure: NDArray[np.bool_], noise: float
+) -> IntArray:
+    """Give regions of too few pixels, and small ones that their neighbours explain, to that of the nearest colour.
+
+    Those that are `sure` have a colour of their own.
+    """
+    sizes = np.bincount(parts.ravel())
+    boxes = ndimage.find_objects(parts + 1)
+    for part in np.argsort(sizes, kind="stable"):
+        if sizes[part] >= smallest and not noise and (sure[part] or sizes[part] >= BLENDED * smallest):
+            continue
+        box = tuple(slice(max(s.start - 1, 0), s.stop + 1) for s in boxes[part])
+        inside = parts[box] == part
+        around = np.unique(parts[box][ndimage.binary_dilation(inside, _SQUARE) & ~inside])
+        if not len(around) or not inside.any():
+            continue
+        contrast = np.abs(colors[around] - colors[part]).max(axis=1)
+        if sizes[part] >= smallest:
+            explained = noise > 0 and contrast.min() <= SAME_STEP + ALIKE_OF_NOISE * noise
+            if not explained and not sure[part]:
+                little = sizes[part] < BLENDED * smallest
+                explained = little and _is_blend(colors[part], colors[around], miss)
+                explained |= noise > 0 and (little or _is_thin(inside)) and _is_ringing(contrast.min(), colors[around])
+            if not explained:
+                continue
+        target = around[np.argmin(contrast)]
+        parts[box][inside] = target
+        sizes[target] += sizes[part]
+        boxes[target] = tuple(
+            slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(boxes[target], boxes[part], strict=True)
+        )
+    return parts
+
+
+def _is_thin(inside: NDArray[np.bool_]) -> bool:
+    """Whether few of a region's pixels lie in blocks of 3 x 3 of them."""
+    return bool(ndimage.binary_opening(inside, _SQUARE).sum() < THIN_SHARE * inside.sum())
+
+
+def _is_ringing(contrast: float, others: FloatArray) -> bool:
+    """Whether a contrast is little beside that of the edge between other colours (K, C)."""
+    return bool(contrast < RINGING * np.abs(others[:, None] - others[None]).max())
+
+
+def _is_blend(color: FloatArray, others: FloatArray, miss: float) -> bool:
+    """Whether a colour lies between two others, up to a miss."""
+    for a, b in itertools.combinations(others, 2):
+        share = float((color - b) @ (a - b) / max(float((a - b) @ (a - b)), 1e-12))
+        if 0 <= share <= 1 and np.abs(color - b - share * (a - b)).max() <= miss:
+            return True
+    return False
