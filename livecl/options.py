@@ -85,6 +85,16 @@ class Options:
         "Least fall of the visible mean squared error for each path that a stage adds: after a stage that gave less no "
         "further one is begun, and at the end layers worth less are dropped. 0 for none",
     )
+    simplify: bool = _option(
+        True,
+        "Whether outlines get few nodes, straight sides, level and plumb ones exactly so, and smooth joins at the end, "
+        "where that saves more numbers than it costs error",
+    )
+    primitives: bool = _option(
+        True,
+        "Whether layers become circles, ellipses or rectangles at the end, where that saves more numbers than it costs "
+        "error",
+    )
     untangle: bool = _option(True, "Whether outlines that cross themselves lose their loops in the course of a stage")
     trim: bool = _option(
         True,
@@ -261,6 +271,8 @@ _PAPER: dict[str, Any] = {
     "prune": 0.0,
     "target_mse": 0.0,
     "path_gain": 0.0,
+    "simplify": False,
+    "primitives": False,
     "untangle": False,
     "trim": False,
     "background": "white",

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
+from livecl.editing import editable
 from livecl.errors import LiveclError
 from livecl.geometry.outlines import circle
 from livecl.layering.merging import merge_neighbors
@@ -19,7 +20,7 @@ from livecl.run.progress import Progress
 from livecl.run.work import Work
 from livecl.svg import quantize
 from livecl.training import step as training
-from livecl.training.state import FREE
+from livecl.training.state import FREE, LOCKED
 
 
 class Run(Work):
@@ -114,19 +115,22 @@ class Run(Work):
     def outcome(self) -> Drawing:
         """Return the drawing as it would be saved now: rounded, without layers that come to nothing.
 
-        When the run is finished, neighbours are merged. In the middle of a revision that has not paid yet it is the
-        drawing before; of a run that started from a drawing it is that one where nothing better was found.
+        When the run is finished, neighbours are merged and outlines made editable. In the middle of a revision that has
+        not paid yet it is the drawing before; of a run that started from a drawing it is that one where nothing better
+        was found.
         """
         state, start, fallback = self.state, self.progress.start_drawing, self.progress.fallback
-        best, free = state.drawing, state.free
+        best, holds = state.drawing, state.holds
         if fallback is not None and self.visible_mse(fallback.drawing) < self.visible_mse(state.drawing):
-            best, free = fallback.drawing, fallback.holds == FREE
+            best, holds = fallback.drawing, fallback.holds
         least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
         best = quantize(best)
         if self.finished and state.options.merge:
-            merged = merge_neighbors(self, best, free, least)
-            best, free = quantize(merged.drawing), (merged.sources < 0) | free[merged.sources]
-        drawing = needed_layers(self, best, least, free)
+            merged = merge_neighbors(self, best, holds == FREE, least)
+            best, holds = quantize(merged.drawing), np.where(merged.sources < 0, FREE, holds[merged.sources])
+        if self.finished:
+            best = quantize(editable(self, best, holds != LOCKED))
+        drawing = needed_layers(self, best, least, holds == FREE)
         if self.finished and state.options.trim and start is None:
             drawing = quantize(trimmed(drawing))
         if start is not None:

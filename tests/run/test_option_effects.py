@@ -16,6 +16,7 @@ from support.runs import QUICK, SMALL
 from livecl import Options, Result, vectorize
 from livecl.quality.layers import self_crossing
 from livecl.run.callbacks import Step
+from livecl.svg.writer import primitives
 from livecl.training.xing import xing_loss
 
 Image = NDArray[np.float64]
@@ -38,6 +39,8 @@ RAMP = np.broadcast_to(np.linspace(RED, BLUE, 24), (24, 24, 3)).copy()
 #: Two that touch, differently far from white.
 TWINS = discs((8, 12, 5.5, BLUE), (17, 12, 5, (0.6, 0.6, 0.9)))
 ONE = discs((12, 12, 8, RED))
+BOX = np.ones((24, 24, 3))
+BOX[5:17, 4:20] = RED
 
 
 @dataclasses.dataclass
@@ -81,6 +84,14 @@ def layers(run: Run) -> float:
     return float(run.drawing.num_layers)
 
 
+def segments(run: Run) -> float:
+    return float(run.drawing.num_segments)
+
+
+def num_shapes(run: Run) -> float:
+    return float(len(primitives(run.drawing)))
+
+
 def steps(run: Run) -> float:
     return float(len(run.steps))
 
@@ -105,13 +116,18 @@ class Effect:
     schedule: tuple[int, ...] = (1, 2)
 
 
+AS_TRAINED: dict[str, Any] = {"simplify": False, "primitives": False}
 FAST = Options(placement="region", iterations=2, revisions=0)
 ON_RIM = Options.paper(iterations=40, radius=10.0, learning_rate=1e-6, color_learning_rate=0.05)
 STILL = Options.paper(iterations=1, learning_rate=1e-6)
 EFFECTS: dict[str, Effect] = {
     "iterations": Effect(QUICK, {"iterations": 60}, mse, -1),
-    "segments": Effect(QUICK, {"segments": 5}, most_segments, 1),
-    "max_segments": Effect(dataclasses.replace(FAST, max_segments=4), {"max_segments": 12}, most_segments, 1),
+    "segments": Effect(dataclasses.replace(QUICK, **AS_TRAINED), {"segments": 5}, most_segments, 1),
+    "max_segments": Effect(
+        dataclasses.replace(FAST, max_segments=4, **AS_TRAINED), {"max_segments": 12}, most_segments, 1
+    ),
+    "simplify": Effect(dataclasses.replace(FAST, primitives=False), {"simplify": False}, segments, 1, BOX, (1,)),
+    "primitives": Effect(dataclasses.replace(FAST, simplify=False), {"primitives": False}, num_shapes, -1, BOX, (1,)),
     # As `tau` below, where the paper's loss has the disc's rim count more than its core.
     "loss": Effect(ON_RIM, {"loss": "mse"}, lambda run: run.drawing.colors[0, 0], -1, TARGET, (1,)),
     "xing_weight": Effect(

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Circles, ellipses and rectangles fitted to what is seen of a traced outline, by least squares of the distances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.editing.trace import Trace
+from livecl.svg.primitives import ANGLE_DECIMALS, Primitive, ellipse, rectangle
+
+FloatArray = NDArray[np.float64]
+
+#: Distances of what is seen from a shape, px: root of the mean square, also as a share of its size, and largest.
+ROOT_MEAN_SQUARE, SHARE, FARTHEST = 0.2, 0.02, 0.75
+#: Weight from which a sample counts as seen, and least shares of the directions from the centre in which samples are:
+#: a circle has three numbers to be told, a turned ellipse five.
+SEEN, CIRCLE_SEEN, UPRIGHT_SEEN, TURNED_SEEN = 0.5, 0.45, 0.6, 0.8
+#: Directions that are told apart, radius up to which corners count as sharp, px, and Gauss-Newton steps.
+DIRECTIONS, SHARP, STEPS = 36, 1.5, 8
+
+
+def fitted_shapes(trace: Trace) -> list[Primitive]:
+    """Return the shapes that what is seen of an outline may be, the one of fewest numbers first."""
+    seen = trace.points[trace.weights >= SEEN]
+    if len(seen) < 12:
+        return []
+    found = [shape for shape in _candidates(seen, trace.points) if shape is not None]
+    return sorted(found, key=lambda shape: len(shape.attributes))
+
+
+def _candidates(seen: FloatArray, whole: FloatArray) -> Iterator[Primitive | None]:
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    circle = _refined(_from_circle, _circle_start(seen), seen)
+    if _fits(_from_circle(circle, seen), circle[2], seen - circle[:2], CIRCLE_SEEN):
+        yield ellipse(circle[:2], (float(circle[2]), float(circle[2])))
+    start = np.concatenate([(low + high) / 2, np.maximum(high - low, 1e-3) / 2])
+    upright = _refined(_from_ellipse, start, seen)
+    if _fits(_from_ellipse(upright, seen), upright[2:].min(), seen - upright[:2], UPRIGHT_SEEN):
+        yield ellipse(upright[:2], (float(upright[2]), float(upright[3])))
+    turned = _refined(_from_ellipse, _turned_start(whole), seen)
+    if _fits(_from_ellipse(turned, seen), turned[2:4].min(), seen - turned[:2], TURNED_SEEN):
+        angle = round(float(np.degrees(turned[4])), ANGLE_DECIMALS)
+        yield ellipse(turned[:2], (float(turned[2]), float(turned[3])), angle)
+    missing = float(np.prod(high - low)) - _area(whole)
+    radius = np.sqrt(max(missing, 0.0) / (4 - np.pi))
+    box = _refined(_from_rectangle, np.concatenate([low, high, [min(radius, (high - low).min() / 2)]]), seen)
+    sides = box[2:4] - box[:2]
+    if _fits(_from_rectangle(box, seen), sides.min() / 2, seen - (box[:2] + box[2:4]) / 2, UPRIGHT_SEEN):
+        yield rectangle(box[:2], box[2:4], float(np.clip(box[4], 0, sides.min() / 2)))
+        if box[4] < SHARP:
+            yield rectangle(box[:2], box[2:4])
+
+
+def _fits(distances: FloatArray, size: float, spokes: FloatArray, share: float) -> bool:
+    """Whether a shape of a half size, px, is near enough to samples, and these lie in enough directions from it."""
+    if not (np.isfinite(distances).all() and size > 0):
+        return False
+    directions = np.floor(np.arctan2(spokes[:, 1], spokes[:, 0]) / (2 * np.pi) * DIRECTIONS).astype(np.int64)
+    near = float(np.sqrt(np.mean(distances**2)))
+    limit = min(ROOT_MEAN_SQUARE, max(SHARE * size, ROOT_MEAN_SQUARE / 4))
+    close = near <= limit and np.abs(distances).max() <= FARTHEST
+    return bool(close and len(np.unique(directions)) >= share * DIRECTIONS)
+
+
+def _from_circle(shape: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the signed distances of points from a circle (x, y, radius), px."""
+    return np.hypot(*(points - shape[:2]).T) - shape[2]
+
+
+def _from_ellipse(shape: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the signed distances of points from an ellipse (x, y, radii, and an angle if turned), to first order.
+
+    F / |grad F| with F the equation of the ellipse (P. D. Sampson, 1982).
+    """
+    rest = points - shape[:2]
+    if len(shape) > 4:
+        cosine, sine = np.cos(shape[4]), np.sin(shape[4])
+        rest = rest @ np.array([[cosine, -sine], [sine, cosine]])
+    scaled = rest / np.maximum(shape[2:4], 1e-6)
+    slope = 2 * np.hypot(*(scaled / np.maximum(shape[2:4], 1e-6)).T)
+    return np.asarray(((scaled**2).sum(axis=1) - 1) / np.maximum(slope, 1e-9))
+
+
+def _from_rectangle(shape: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the signed distances of points from a rectangle (low corner, high corner, radius of its corners), px."""
+    half = (shape[2:4] - shape[:2]) / 2
+    radius = float(np.clip(shape[4], 0, max(half.min(), 0)))
+    beyond = np.abs(points - (shape[:2] + shape[2:4]) / 2) - half + radius
+    outside = np.hypot(*np.maximum(beyond, 0).T)
+    return np.asarray(outside + np.minimum(beyond.max(axis=1), 0) - radius)
+
+
+def _circle_start(points: FloatArray) -> FloatArray:
+    """Return the circle of least algebraic distance (I. Kasa, 1976)."""
+    center = points.mean(axis=0)
+    rest = points - center
+    matrix = np.concatenate([rest, np.ones((len(rest), 1))], axis=1)
+    a, b, c = np.linalg.lstsq(matrix, (rest**2).sum(axis=1), rcond=None)[0]
+    return np.array([center[0] + a / 2, center[1] + b / 2, np.sqrt(max(c + (a * a + b * b) / 4, 1e-6))])
+
+
+def _turned_start(points: FloatArray) -> FloatArray:
+    """Return the ellipse with an outline's second moments: the variance of its samples is half of a radius squared."""
+    center = points.mean(axis=0)
+    values, vectors = np.linalg.eigh((points - center).T @ (points - center) / len(points))
+    angle = np.arctan2(vectors[1, 1], vectors[0, 1])
+    radii = np.sqrt(2 * np.maximum(values[::-1], 1e-6))
+    return np.concatenate([center, radii, [angle]])
+
+
+def _area(points: FloatArray) -> float:
+    x, y = points.T
+    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
+
+
+def _refined(
+    distances: Callable[[FloatArray, FloatArray], FloatArray], shape: FloatArray, points: FloatArray
+) -> FloatArray:
+    """Return a shape of least squared distances near another, by damped Gauss-Newton steps."""
+    rest = distances(shape, points)
+    damping = 1e-3
+    for _ in range(STEPS):
+        moved = shape + 1e-4 * np.eye(len(shape))
+        slopes = np.stack([distances(one, points) - rest for one in moved], axis=1) / 1e-4
+        gram = slopes.T @ slopes
+        gram[np.diag_indices(len(shape))] *= 1 + damping
+        gram[np.diag_indices(len(shape))] += 1e-9
+        step = np.linalg.solve(gram, slopes.T @ rest)
+        tried = shape - step
+        after = distances(tried, points)
+        if float(after @ after) < float(rest @ rest):
+            shape, rest, damping = tried, after, damping / 10
+        else:
+            damping *= 10
+    return shape

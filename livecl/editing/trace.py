@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Trace`: a closed outline at equal steps of length, with its corners and the places where a node may stand."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.geometry import bezier
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Distance of samples, px; fewest and most of them.
+STEP, LEAST, MOST = 0.5, 48, 4000
+#: Reach of the two chords whose angle is the turning at a sample, px, and as a share of the length at most.
+REACH, SHARE = 1.5, 1 / 24
+#: Least turning of a corner, radians; that of one which is a node in any case.
+TURNING, SURE = 0.4, 0.9
+#: Standard deviation, px, of the Gaussian that evens out an outline's wiggles, and more of it to find corners.
+EVENED, CORNERS_EVENED = 0.35, 0.6
+#: An extreme is farther out than the samples at this distance, px, by so much, px.
+BEND_REACH, BENT = 2.0, 0.05
+#: Most places for nodes, beside corners, anchors and extremes, and their distance, px.
+PLACES, SPACING = 40, 2.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Trace:
+    """A closed outline at equal steps of length.
+
+    Attributes
+    ----------
+    points : (P, 2) float64
+        Samples, px.
+    step : float
+        Their distance along the outline, px.
+    weights : (P,) float64
+        How much each counts: 1 where it is seen.
+    corners : (K,) int64
+        Samples at which the outline may have a corner, rising.
+    turning : (K,) float64
+        By how much it turns there, radians.
+    places : (Q,) int64
+        Samples at which a smooth node may stand, rising.
+    extreme : (P,) bool
+        Samples next to which the outline is level or plumb at its outermost.
+    """
+
+    points: FloatArray
+    step: float
+    weights: FloatArray
+    corners: IntArray
+    turning: FloatArray
+    places: IntArray
+    extreme: NDArray[np.bool_]
+
+    def tangent(self, samples: IntArray, reach: float = 1.0) -> FloatArray:
+        """Return unit tangents at samples (n,): of the chord from `reach` px before to as much after, (n, 2)."""
+        k, count = max(1, round(reach / self.step)), len(self.points)
+        chord = self.points[(samples + k) % count] - self.points[(samples - k) % count]
+        return unit(chord)
+
+    def side(self, sample: int, direction: int) -> tuple[FloatArray, FloatArray]:
+        """Return a point and the unit direction of travel of the outline beside a corner, behind its rounding."""
+        near, far = round(0.75 / self.step), max(round(0.75 / self.step) + 2, round(2.5 / self.step))
+        beside = self.points[(sample + direction * np.arange(near, far + 1)) % len(self.points)]
+        return beside.mean(axis=0), direction * unit(beside[-1] - beside[0])
+
+
+def unit(vectors: FloatArray) -> FloatArray:
+    """Return vectors (..., 2) at length 1, zeros as they are."""
+    lengths = np.hypot(vectors[..., 0], vectors[..., 1])[..., None]
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1))
+
+
+def trace(cubics: FloatArray) -> Trace | None:
+    """Sample a closed outline of cubics (m, 4, 2) at equal steps; None where it is too short to have a shape."""
+    polygon = bezier.flatten(cubics, 0.002)
+    corners, counts = polygon.corners, polygon.counts
+    closed = np.concatenate([corners, corners[:1]])
+    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    total = float(lengths[-1])
+    if total < 4 * STEP:
+        return None
+    count = int(np.clip(round(total / STEP), LEAST, MOST))
+    at = np.arange(count) * (total / count)
+    points = np.stack([np.interp(at, lengths, closed[:, axis]) for axis in (0, 1)], axis=1)
+    anchors = lengths[np.concatenate([[0], np.cumsum(counts)[:-1]])]
+    step = total / count
+    bends, turns = _corners(_evened(points, CORNERS_EVENED / step), step)
+    points = _evened(points, EVENED / step)
+    extremes = _extremes(points, step)
+    spaced = np.arange(0, count, max(SPACING / step, count / PLACES)).astype(np.int64)
+    near = np.rint(anchors / step).astype(np.int64) % count
+    places = np.unique(np.concatenate([near, np.flatnonzero(extremes), spaced, bends]))
+    return Trace(points, step, np.ones(count), bends, turns, places, extremes)
+
+
+def _evened(points: FloatArray, deviation: float) -> FloatArray:
+    """Return a closed trace under a Gaussian of a standard deviation in samples: (P, 2)."""
+    frequency = 2 * np.pi * np.fft.rfftfreq(len(points))
+    spectrum = np.fft.rfft(points, axis=0) * np.exp(-0.5 * (deviation * frequency) ** 2)[:, None]
+    return np.asarray(np.fft.irfft(spectrum, len(points), axis=0))
+
+
+def turning(points: FloatArray, reach: int) -> FloatArray:
+    """Return the angle between the chords of `reach` samples before and after each sample, radians: (P,)."""
+    z = points[:, 0] + 1j * points[:, 1]
+    after, before = np.roll(z, -reach) - z, z - np.roll(z, reach)
+    return np.asarray(np.angle(after * np.conj(before)))
+
+
+def _corners(points: FloatArray, step: float) -> tuple[IntArray, FloatArray]:
+    """Return the samples that turn most within their reach, and by how much, radians."""
+    reach = max(1, round(min(REACH, SHARE * step * len(points)) / step))
+    angles = np.abs(turning(points, reach))
+    corner = angles > TURNING
+    for shift in range(1, reach + 1):
+        corner &= (angles >= np.roll(angles, shift)) & (angles > np.roll(angles, -shift))
+    found = np.flatnonzero(corner)
+    return found, angles[found]
+
+
+def _extremes(points: FloatArray, step: float) -> NDArray[np.bool_]:
+    """Return the samples where a coordinate is farthest out, by a bend and not along a side: (P,)."""
+    reach = max(1, round(BEND_REACH / step))
+    outward = [points - np.roll(points, shift, axis=0) for shift in (-reach, reach)]
+    far = (outward[0] * outward[1] > 0) & (np.minimum(*np.abs(outward)) > BENT)
+    turns = (points - np.roll(points, 1, axis=0)) * (np.roll(points, -1, axis=0) - points) <= 0
+    return np.asarray((far & turns).any(axis=1))

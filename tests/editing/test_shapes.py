@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Circles, ellipses and rectangles found in outlines that stray from them, or of which only a part is seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from livecl.editing.shapes import fitted_shapes
+from livecl.editing.trace import Trace, trace
+from livecl.svg.primitives import Primitive, ellipse, rectangle
+
+SHAPES = {
+    "circle": ellipse(np.array([60.0, 50.0]), (24.0, 24.0)),
+    "small circle": ellipse(np.array([60.0, 50.0]), (4.0, 4.0)),
+    "ellipse": ellipse(np.array([60.0, 50.0]), (40.0, 24.0)),
+    "turned ellipse": ellipse(np.array([60.0, 50.0]), (40.0, 24.0), 30.0),
+    "rectangle": rectangle(np.array([20.0, 30.0]), np.array([90.0, 60.0])),
+    "rounded rectangle": rectangle(np.array([20.0, 30.0]), np.array([90.0, 60.0]), 8.0),
+}
+
+
+def traced(shape: Primitive | None, noise: float = 0.0) -> Trace:
+    assert shape is not None
+    points = shape.points
+    result = trace(np.concatenate([points, np.roll(points[:, :1], -1, axis=0)], axis=1))
+    assert result is not None
+    result.points[:] += np.random.default_rng(0).normal(0, noise, result.points.shape)
+    return result
+
+
+def gap(found: Primitive, true: Primitive) -> float:
+    """Return the largest difference of their numbers."""
+    names = set(true.attributes) | set(found.attributes) - {"transform"}
+    names.discard("transform")
+    return max(abs(float(found.attributes.get(name, 0)) - float(true.attributes.get(name, 0))) for name in names)
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_is_found_with_its_numbers_in_an_outline_that_strays(kind: str) -> None:
+    """By .05 px (standard deviation) of independent samples, some 100 or more."""
+    true = SHAPES[kind]
+    assert true is not None
+    same = [shape for shape in fitted_shapes(traced(true, 0.05)) if shape.tag == true.tag]
+    assert same and min(gap(shape, true) for shape in same) < 0.1
+
+
+def test_circle_half_hidden_is_whole() -> None:
+    true = SHAPES["circle"]
+    assert true is not None
+    trace_ = traced(true)
+    hidden = trace_.points[:, 0] > 62
+    trace_.points[hidden, 0] = 62  # cut off by a guess at what is hidden
+    trace_.weights[hidden] = 0.25
+    found = fitted_shapes(trace_)
+    assert found[0].tag == "circle" and gap(found[0], true) < 0.05
+    trace_.weights[:] = 1
+    assert all(shape.tag != "circle" for shape in fitted_shapes(trace_))
+
+
+def test_a_quarter_of_a_circle_tells_nothing() -> None:
+    trace_ = traced(SHAPES["circle"])
+    trace_.weights[(trace_.points[:, 0] > 60) | (trace_.points[:, 1] > 50)] = 0.25
+    assert fitted_shapes(trace_) == []
+
+
+@pytest.mark.parametrize("kind", ["egg", "drop", "triangle", "star"])
+def test_other_shapes_are_not_found(kind: str) -> None:
+    angle = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    outlines = {
+        "egg": np.stack([40 * np.cos(angle), 24 * np.sin(angle) * (1 + 0.15 * np.cos(angle))], 1),
+        "drop": np.stack([40 * np.cos(angle), 24 * np.sin(angle) * np.sin(angle / 2) ** 2], 1),
+        "triangle": np.stack([np.interp(angle, [0, 2.1, 4.2, 6.3], [0, 60, 30, 0]),
+                              np.interp(angle, [0, 2.1, 4.2, 6.3], [0, 0, 50, 0])], 1),
+        "star": np.stack([np.cos(angle), np.sin(angle)], 1) * (30 + 5 * np.cos(5 * angle))[:, None],
+    }  # fmt: skip
+    points = outlines[kind]
+    steps = np.roll(points, -1, axis=0) - points
+    cubics = np.stack([points, points + steps / 3, points + 2 * steps / 3, points + steps], axis=1) + 80
+    result = trace(cubics)
+    assert result is not None and fitted_shapes(result) == []

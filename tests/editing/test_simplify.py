@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The last step of a run: descriptions are taken where they save more than they cost, and stay exact under training."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from livecl.drawing import Drawing
+from livecl.editing import editable
+from livecl.editing.constraints import Constraints
+from livecl.editing.simplify import NUMBER_ERROR, numbers_of
+from livecl.geometry import bezier
+from livecl.layering.context import Context
+from livecl.options import PRESETS, Options
+from livecl.rendering.rasterizer import Rasterizer
+from livecl.svg import format_svg, quantize, read_svg
+from livecl.svg.primitives import ellipse, rectangle
+
+SIZE = (90, 120)
+
+
+def wiggly(points: np.ndarray, count: int = 4, wiggle: float = 0.06) -> np.ndarray:
+    """Return an outline in more pieces, their points moved by `wiggle` px (standard deviation)."""
+    cubics = np.concatenate([points, np.roll(points[:, :1], -1, axis=0)], axis=1)
+    t = np.arange(count) / count
+    pieces = np.concatenate([bezier.subsegment(np.repeat(c[None], count, 0), t, t + 1 / count) for c in cubics])
+    return pieces[:, :3] + np.random.default_rng(0).normal(0, wiggle, (len(pieces), 3, 2))
+
+
+def scene() -> tuple[Drawing, Drawing]:
+    """Return a drawing of a disc, partly under a box, an ellipse and an egg, and the same in wiggly pieces."""
+    disc = ellipse(np.array([40.0, 40.0]), (25.0, 25.0))
+    box = rectangle(np.array([50.0, 45.0]), np.array([110.0, 80.0]), 6.0)
+    oval = ellipse(np.array([90.0, 20.0]), (20.0, 12.0))
+    egg = read_svg(b'<svg width="9" height="9"><path d="M14 80c0-6 4-20 8-20s12 14 12 20-5 9-10 9-10-4-10-9"/></svg>')
+    assert disc is not None and box is not None and oval is not None
+    outlines = [disc.points, box.points, oval.points, egg.points]
+    colors = [(0.9, 0.3, 0.2, 1), (0.2, 0.4, 0.8, 1), (0.1, 0.6, 0.3, 1), (0.8, 0.7, 0.2, 1)]
+    true, ours = (
+        Drawing.from_outlines([[make(points)] for points in outlines], colors, SIZE)
+        for make in (lambda points: points, wiggly)
+    )
+    return true, ours
+
+
+def context_of(true: Drawing, **options: bool) -> Context:
+    rasterizer = Rasterizer(SIZE)
+    return Context(rasterizer, rasterizer.forward(true), Options(**options))
+
+
+def test_shapes_are_found_and_error_falls() -> None:
+    true, ours = scene()
+    context = context_of(true)
+    found = quantize(editable(context, ours, np.ones(4, bool)))
+    svg = format_svg(found)
+    tags = [line.split()[0] for line in svg.splitlines() if 'inkscape:label="layer' in line]
+    assert tags == ["<circle", "<rect", "<ellipse", "<path"]
+    assert context.visible_mse(found) < context.visible_mse(ours) / 2
+    np.testing.assert_allclose(found.subpath_offsets, [0, 4, 12, 16, 16 + found.num_segments - 16])
+    assert found.num_segments <= 16 + 6
+    np.testing.assert_allclose(found.points[:4, 0].mean(axis=0), (40, 40), atol=0.1)
+    np.testing.assert_array_equal(read_svg(svg.encode()).points, found.points)
+
+
+def test_each_option_does_its_part() -> None:
+    true, ours = scene()
+    every = np.ones(4, bool)
+    nodes = editable(context_of(true, primitives=False), ours, every)
+    assert "<circle" not in format_svg(nodes) and nodes.num_segments < ours.num_segments / 2
+    shapes = editable(context_of(true, simplify=False), ours, every)
+    assert "<circle" in format_svg(shapes) and np.diff(shapes.segment_offsets)[3] == np.diff(ours.segment_offsets)[3]
+    assert editable(context_of(true, simplify=False, primitives=False), ours, every) is ours
+    for preset in ("paper", "released", "diffvg"):
+        options = PRESETS[preset]()
+        assert not options.simplify and not options.primitives
+
+
+def test_locked_layers_stay_as_they_are() -> None:
+    true, ours = scene()
+    found = editable(context_of(true), ours, np.array([True, False, True, False]))
+    for layer in (1, 3):
+        rows, before = (slice(*drawing.segment_offsets[layer : layer + 2]) for drawing in (found, ours))
+        np.testing.assert_array_equal(found.points[rows], ours.points[before])
+    assert found.num_segments < ours.num_segments
+
+
+def test_what_the_picture_shows_is_not_simplified_away() -> None:
+    """A disc with a notch of 3 px stays no circle; and each change is worth its numbers."""
+    notched = read_svg(
+        b'<svg width="120" height="90"><path d="M60 20a25 25 0 1 1-4 0v6h4z" fill="#c33"/></svg>'
+    ).replace(background=(1, 1, 1))
+    context = context_of(notched)
+    ours = notched.replace(
+        points=wiggly(notched.points), subpath_offsets=[0, 4 * notched.num_segments], layer_offsets=[0, 1]
+    )
+    found = editable(context, ours, np.ones(1, bool))
+    assert "<circle" not in format_svg(found)
+    saved = numbers_of([ours.points]) - numbers_of([found.points])
+    rise = (context.visible_mse(found) - context.visible_mse(ours)) * 3 * SIZE[0] * SIZE[1]
+    assert saved > 0 and rise <= saved * NUMBER_ERROR
+
+
+def test_translucent_layers_and_no_background() -> None:
+    true, ours = scene()
+    changed = {"colors": ours.colors * (1, 1, 1, 0.6), "background": None}
+    context = context_of(true.replace(**changed))
+    found = editable(context, ours.replace(**changed), np.ones(4, bool))
+    assert context.visible_mse(found) < context.visible_mse(ours.replace(**changed))
+    assert format_svg(found).count("<circle") == 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_constraints_hold_after_any_move(seed: int) -> None:
+    """Lines, level and plumb ones, smooth joins, circles and boxes, under moves of 1 px; and nothing moves a point."""
+    drawing = read_svg(
+        b'<svg width="120" height="90"><path d="M10 10h40v30c0 10-10 20-20 20s-20-5-20-15z"/>'
+        b'<circle cx="80" cy="40" r="20"/><rect x="60" y="62" width="40" height="20" rx="5"/>'
+        b'<ellipse cx="20" cy="75" rx="12" ry="6" transform="rotate(20 20 75)"/></svg>'
+    )
+    constraints = Constraints(drawing, np.ones(4, bool))
+    np.testing.assert_allclose(constraints.held(drawing.points), drawing.points, atol=1e-8)
+    moves = np.random.default_rng(seed).normal(0, 1, drawing.points.shape)
+    moved = drawing.replace(points=constraints.held(drawing.points + moves))
+    assert np.abs(moved.points - drawing.points).max() > 0.3
+    svg = format_svg(moved)
+    assert [svg.count(tag) for tag in ("<path", "<circle", '<rect id="layer', "<ellipse")] == [1, 1, 1, 1]
+    data = svg.split(' d="')[1].split('"')[0]
+    assert (data.count("h"), data.count("v")) == (1, 1)
+    first = moved.points[: drawing.segment_offsets[1]]
+    assert first[0, 0, 1] == first[1, 0, 1] and first[1, 0, 0] == first[2, 0, 0]
+    into, out = first[3, 0] - first[2, 2], first[3, 1] - first[3, 0]
+    assert abs(into[0] * out[1] - into[1] * out[0]) < 1e-9 * np.hypot(*into) * np.hypot(*out)
+    held = Constraints(drawing, np.array([False, True, True, True])).held(drawing.points + moves)
+    np.testing.assert_array_equal(held[:5], drawing.points[:5])
