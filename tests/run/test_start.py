@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ from livecl.run.progress import Progress
 from livecl.run.run import Run
 from livecl.svg import quantize
 
+#: Training alone.
+AS_TRAINED: dict[str, Any] = {"simplify": False, "primitives": False}
 OPTIONS = Options(iterations=30, revisions=0)
 
 
@@ -60,7 +63,7 @@ def test_a_refined_drawing_has_the_same_layers_and_a_lower_error(drawing: Drawin
 @pytest.mark.parametrize("iterations", [1, 2, 5])
 def test_the_result_is_never_worse_than_the_start(drawing: Drawing, iterations: int, device: int) -> None:
     # Steps of 3 px from a good drawing first make it worse.
-    options = Options(iterations=iterations, revisions=0, learning_rate=3.0, settle=1.0)
+    options = Options(iterations=iterations, revisions=0, learning_rate=3.0, settle=1.0, **AS_TRAINED)
     result = vectorize(_shapes(), options=options, device=device, start=drawing)
     error = mse(livecl.render(drawing, device), _shapes())
     assert result.mse <= error * (1 + 1e-6)  # ours is of differences in single precision
@@ -94,7 +97,8 @@ def test_locked_layers_stay_as_they_are(drawing: Drawing, lock: Any, device: int
 
 
 def test_free_layers_change_where_others_are_locked(drawing: Drawing, device: int) -> None:
-    result = vectorize(_shapes(1.5), options=OPTIONS, device=device, start=drawing, lock=[0])
+    options = dataclasses.replace(OPTIONS, **AS_TRAINED)
+    result = vectorize(_shapes(1.5), options=options, device=device, start=drawing, lock=[0])
     moved = (result.drawing.points != drawing.points).any(axis=(1, 2))
     assert set(drawing.segment_layers[moved]) == {1, 2}
 
