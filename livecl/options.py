@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import Any, Literal, get_args, get_type_hints
 
 from livecl.drawing.checks import python_number
+from livecl.drawing.colors import parse_color
 from livecl.errors import nearest
 from livecl.image.background import check_background
 
@@ -95,6 +96,12 @@ class Options:
         "Whether layers become circles, ellipses or rectangles at the end, where that saves more numbers than it costs "
         "error",
     )
+    colors: int = _option(0, "Most colours of the drawing, its background's among them; 0 for any number")
+    palette: str = _option(
+        "",
+        "Colours that layers may have, parted by commas, as #rrggbb,navy; on the command line also a file that holds "
+        "#rrggbb or lines of red, green and blue (GIMP's palettes). Empty for any",
+    )
     untangle: bool = _option(True, "Whether outlines that cross themselves lose their loops in the course of a stage")
     trim: bool = _option(
         True,
@@ -146,7 +153,7 @@ class Options:
             got = f"{name}: got {reprlib.repr(value)}, wanted"
             if hint is bool and not isinstance(value, bool):
                 raise ValueError(f"{got} True or False")
-            least = 0 if name == "revisions" else 1
+            least = 0 if name in ("revisions", "colors") else 1
             if hint is int and (isinstance(value, bool) or not isinstance(value, int) or value < least):
                 raise ValueError(f"{got} a whole number of at least {least}")
             if hint is float and not _is_amount(value):
@@ -166,6 +173,11 @@ class Options:
                 "'random', without revisions"
             )
         check_background(self.background)
+        for part in self.palette.split(",") if self.palette else ():
+            try:
+                parse_color(part.strip())
+            except ValueError as error:
+                raise ValueError(f"palette: {str(error).removeprefix('color: ')}") from None
 
     @classmethod
     def preset(cls, name: str, **changes: Any) -> Options:
@@ -273,6 +285,8 @@ _PAPER: dict[str, Any] = {
     "path_gain": 0.0,
     "simplify": False,
     "primitives": False,
+    "colors": 0,
+    "palette": "",
     "untangle": False,
     "trim": False,
     "background": "white",

@@ -8,6 +8,7 @@ import contextlib
 import dataclasses
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 from livecl.options import Options
@@ -47,11 +48,31 @@ def given_options(arguments: argparse.Namespace) -> Options:
     return Options.preset(arguments.preset, **given)
 
 
+def palette_text(text: str) -> str:
+    """Return the colours that a file holds, parted by commas: of ``#rrggbb`` or GIMP's lines; other text as it is.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If a file holds none.
+    """
+    if not Path(text).is_file():
+        return text
+    content = Path(text).read_text(encoding="utf-8", errors="replace")
+    found = re.findall(r"#[0-9a-fA-F]{6}\b", content)
+    if not found:
+        levels = re.findall(r"^\s*(\d{1,3})\s+(\d{1,3})\s+(\d{1,3})\b", content, flags=re.MULTILINE)
+        found = [f"rgb({' '.join(triple)})" for triple in levels]
+    if not found:
+        raise argparse.ArgumentTypeError(f"{text}: holds no colours, wanted #rrggbb or lines of red, green and blue")
+    return ",".join(dict.fromkeys(found))
+
+
 def _converter(name: str, kind: type) -> Callable[[str], Any]:
     """Return a converter of text to a field's value that refuses values refused by `Options`."""
 
     def convert(text: str) -> Any:
-        value: Any = text
+        value: Any = palette_text(text) if name == "palette" else text
         with contextlib.suppress(ValueError):  # it stays text, which is refused below
             value = kind(text)
         try:

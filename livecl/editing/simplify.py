@@ -22,7 +22,7 @@ from livecl.geometry.outlines import Outline
 from livecl.image.errors import visible_error
 from livecl.layering.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
-from livecl.layering.contributions import composited_colors, layer_alphas
+from livecl.layering.contributions import composited_colors, in_window, layer_alphas, paint_at_pixels
 from livecl.layering.stack import over, window_of
 from livecl.svg.outline_data import format_outline, rounded_points
 from livecl.svg.path_data import NUMBER
@@ -104,9 +104,9 @@ class _Editor:
         alphas = self._context.rasterizer.coverages(
             Drawing.from_outlines(found, drawing.colors[layer], drawing.size, drawing.background)
         )
-        alphas *= np.float32(drawing.colors[layer, 3])
+        alphas *= np.float32(paint_at_pixels(drawing, layer)[..., 3])
         window = window_of(np.maximum(alphas.max(axis=0), self._alphas[layer]))
-        tint = self._above[layer][window][..., None] * (self._colors[layer] - self._below[window])
+        tint = self._above[layer][window][..., None] * (in_window(self._colors[layer], window) - self._below[window])
         prices = []
         for description, alpha in zip(found, alphas, strict=True):
             change = (alpha[window] - self._alphas[layer][window])[..., None] * tint

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
-from livecl.editing import editable
+from livecl.editing import editable, with_few_colors
 from livecl.errors import LiveclError
 from livecl.geometry.outlines import circle
 from livecl.layering.merging import merge_neighbors
@@ -129,7 +129,7 @@ class Run(Work):
             merged = merge_neighbors(self, best, holds == FREE, least)
             best, holds = quantize(merged.drawing), np.where(merged.sources < 0, FREE, holds[merged.sources])
         if self.finished:
-            best = quantize(editable(self, best, holds != LOCKED))
+            best = quantize(editable(self, with_few_colors(self, best, holds != LOCKED), holds != LOCKED))
         drawing = needed_layers(self, best, least, holds == FREE)
         if self.finished and state.options.trim and start is None:
             drawing = quantize(trimmed(drawing))

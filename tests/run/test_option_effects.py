@@ -92,6 +92,10 @@ def num_shapes(run: Run) -> float:
     return float(len(primitives(run.drawing)))
 
 
+def num_colors(run: Run) -> float:
+    return float(len(np.unique(run.drawing.colors, axis=0)))
+
+
 def steps(run: Run) -> float:
     return float(len(run.steps))
 
@@ -127,6 +131,8 @@ EFFECTS: dict[str, Effect] = {
         dataclasses.replace(FAST, max_segments=4, **AS_TRAINED), {"max_segments": 12}, most_segments, 1
     ),
     "simplify": Effect(dataclasses.replace(FAST, primitives=False), {"simplify": False}, segments, 1, BOX, (1,)),
+    "colors": Effect(FAST, {"colors": 2}, num_colors, -1, TARGET),
+    "palette": Effect(FAST, {"palette": "lime"}, lambda run: run.drawing.colors[0, 1], 1, TARGET),
     "primitives": Effect(dataclasses.replace(FAST, simplify=False), {"primitives": False}, num_shapes, -1, BOX, (1,)),
     # As `tau` below, where the paper's loss has the disc's rim count more than its core.
     "loss": Effect(ON_RIM, {"loss": "mse"}, lambda run: run.drawing.colors[0, 0], -1, TARGET, (1,)),

@@ -52,7 +52,7 @@ def test_stages_for_which_no_path_is_worth_it_are_left_out(revisions: int, devic
 
 
 def test_no_further_stage_where_the_error_is_low_enough(device: int) -> None:
-    options = Options(placement="region", iterations=40, revisions=2)
+    options = Options(placement="region", iterations=40, revisions=2, simplify=False, primitives=False)
     stages = vectorize(SMALL, schedule=[1, 1, 1, 1, 1], options=options, device=device).stages
     enough = np.sqrt(stages[1].mse * stages[2].mse)
     steps: list[int] = []

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Colours of layers: nearest of a palette, few of least error, equal where nobody sees a difference."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from livecl.cli.method import palette_text
+from livecl.drawing import Drawing
+from livecl.editing import with_few_colors
+from livecl.editing.palette import clustered, joined, nearest, palette_of
+from livecl.layering.context import Context
+from livecl.options import Options
+from livecl.rendering.rasterizer import Rasterizer
+from livecl.svg import quantize
+from livecl.svg.primitives import rectangle
+
+SIZE = (40, 60)
+
+
+def bars(colors: list[tuple[float, float, float]], background: tuple[float, ...] | None = (1.0, 1.0, 1.0)) -> Drawing:
+    shapes = [
+        rectangle(np.array([2.0 + 8 * k, 3.0]), np.array([9.0 + 8 * k, 30.0 - 2 * k])) for k in range(len(colors))
+    ]
+    outlines = [[shape.points] for shape in shapes if shape is not None]
+    return Drawing.from_outlines(outlines, [(*color, 1.0) for color in colors], SIZE, background)
+
+
+def changed(drawing: Drawing, free: list[bool] | None = None, **options: object) -> Drawing:
+    rasterizer = Rasterizer(SIZE)
+    context = Context(rasterizer, rasterizer.forward(drawing), Options(**options))  # type: ignore[arg-type]
+    return with_few_colors(context, drawing, np.array(free or [True] * drawing.num_layers))
+
+
+SEVEN = [
+    (0.9, 0.1, 0.1),
+    (0.85, 0.2, 0.1),
+    (0.1, 0.2, 0.8),
+    (0.2, 0.1, 0.9),
+    (0.1, 0.7, 0.2),
+    (0, 0, 0),
+    (0.95, 0.9, 1),
+]
+
+
+@pytest.mark.parametrize("count", range(1, 9))
+def test_as_many_colors_as_asked_for_background_included(count: int) -> None:
+    found = changed(bars(SEVEN), colors=count)
+    written = np.unique(np.concatenate([found.colors[:, :3], [[1, 1, 1]]]), axis=0)
+    assert len(written) == count
+    np.testing.assert_array_equal(quantize(found).colors, found.colors)
+
+
+def test_clusters_are_no_worse_than_the_best_split() -> None:
+    """Of all splits of six weighted colours in two, three and four: within 15 % of the least squared error."""
+    rng = np.random.default_rng(0)
+    for count in (2, 3, 4):
+        for _ in range(10):
+            colors, weights = rng.random((6, 3)), rng.uniform(1, 9, 6)
+            found = nearest(colors, clustered(colors, weights, np.zeros((0, 3)), count))
+            error = float((weights[:, None] * (found - colors) ** 2).sum())
+            best = np.inf
+            for code in range(count**6):
+                own = (code // count ** np.arange(6)) % count
+                split = 0.0
+                for k in range(count):
+                    if (own == k).any():
+                        mean = np.average(colors[own == k], axis=0, weights=weights[own == k])
+                        split += float((weights[own == k, None] * (colors[own == k] - mean) ** 2).sum())
+                best = min(best, split)
+            assert error < 1.15 * best + 0.02
+
+
+def test_palette_is_kept_to() -> None:
+    found = changed(bars(SEVEN), palette="#e01010, navy,white")
+    written = {tuple(color) for color in np.rint(found.colors[:, :3] * 255).astype(int).tolist()}
+    assert written == {(0xE0, 0x10, 0x10), (0, 0, 0x80), (255, 255, 255)}
+    np.testing.assert_allclose(palette_of("#010203,red"), [[1 / 255, 2 / 255, 3 / 255], [1, 0, 0]])
+
+
+def test_colors_that_nobody_tells_apart_are_one_that_of_the_largest() -> None:
+    near = [(0.5, 0.5, 0.5), (0.504, 0.5, 0.5), (0.5, 0.56, 0.5)]
+    result = joined(np.array(near), np.array([1.0, 5.0, 9.0]))
+    np.testing.assert_allclose(result[0], result[1])
+    np.testing.assert_allclose(result[1], np.round(np.array(near[1]) * 255) / 255)
+    assert np.abs(result[2] - result[1]).max() > 0.05
+    assert len(np.unique(changed(bars(near)).colors, axis=0)) == 2
+    assert len(np.unique(changed(bars(near), simplify=False).colors, axis=0)) == 3
+
+
+def test_locked_layers_and_opacities_stay() -> None:
+    drawing = bars(SEVEN[:3])
+    drawing = drawing.replace(colors=drawing.colors * (1, 1, 1, 0.4))
+    found = changed(drawing, [True, False, True], palette="white")
+    np.testing.assert_array_equal(found.colors[1], drawing.colors[1])
+    np.testing.assert_array_equal(found.colors[[0, 2]], [(1, 1, 1, 0.4)] * 2)
+
+
+def test_files_of_palettes(tmp_path: Path) -> None:
+    css, gimp, empty = tmp_path / "a.css", tmp_path / "a.gpl", tmp_path / "b.txt"
+    css.write_text("--ink: #102030; --paper: #fff8e7;\n")
+    gimp.write_text("GIMP Palette\nName: two\n#\n  1   2   3 ink\n255 255 255\tpaper\n")
+    empty.write_text("nothing")
+    assert palette_text(str(css)) == "#102030,#fff8e7"
+    np.testing.assert_allclose(palette_of(palette_text(str(gimp))) * 255, [(1, 2, 3), (255, 255, 255)])
+    assert palette_text("red,#123456") == "red,#123456"
+    with pytest.raises(argparse.ArgumentTypeError, match="holds no colours"):
+        palette_text(str(empty))
+    with pytest.raises(ValueError, match=r"^palette: got 'blurple'"):
+        Options(palette="red,blurple")
