@@ -63,7 +63,7 @@ def program_source() -> str:
 def kernel_parameters() -> dict[str, tuple[str, ...]]:
     """Return the names of each kernel's parameters, in order, as the sources spell them."""
     found = {}
-    for name, parameters in re.findall(r"__kernel\s+void\s+(\w+)\s*\(([^)]*)\)", program_source()):
+    for name, parameters in re.findall(r"\b(?:__)?kernel\s+void\s+(\w+)\s*\(([^)]*)\)", program_source()):
         found[name] = tuple(re.findall(r"(\w+)\s*(?:,|$)", parameters.strip()))
     return found
 

@@ -8,7 +8,7 @@ import pytest
 from support.runs import QUICK, SMALL, new_run, started
 from support.shapes import build, circle, rectangle
 
-from livecl import Drawing, Options, vectorize
+from livecl import Drawing, LiveclError, Options, vectorize
 from livecl.drawing import Fills
 from livecl.drawing.assembly import empty_drawing
 from livecl.run.progress import Progress
@@ -64,6 +64,21 @@ def test_layers_with_gradients_are_not_merged(device: int) -> None:
     run = finished(drawing, [FREE, FREE], device)
     run.target = run.rasterizer.forward(drawing)
     assert run.outcome().num_layers == 2
+
+
+@pytest.mark.parametrize("part", ["loss", "points", "colors"])
+def test_a_step_that_is_not_finite_changes_nothing(part: str, device: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = started([FREE] * 4, device)
+    before = run.state.drawing
+    loss, gradients = run.objective.evaluate(run.state)
+    if part == "loss":
+        loss = np.nan
+    else:
+        getattr(gradients, part)[0] = np.nan
+    monkeypatch.setattr(run.objective, "evaluate", lambda state: (loss, gradients))
+    with pytest.raises(LiveclError, match="not finite in stage 3, step 1"):
+        run.step()
+    assert run.state.drawing is before and run.state.iteration == 0 and not run.state.points.ages.any()
 
 
 def test_decisions_compare_the_visible_error(device: int) -> None:
