@@ -173,6 +173,8 @@ class Options:
                 "'random', without revisions"
             )
         check_background(self.background)
+        if not isinstance(self.palette, str):
+            raise ValueError(f"palette: got {reprlib.repr(self.palette)}, wanted text such as '#rrggbb,navy'")
         for part in self.palette.split(",") if self.palette else ():
             try:
                 parse_color(part.strip())

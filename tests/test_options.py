@@ -40,6 +40,10 @@ PAPER = {
     "prune": 0.0,
     "target_mse": 0.0,
     "path_gain": 0.0,
+    "simplify": False,
+    "primitives": False,
+    "colors": 0,
+    "palette": "",
     "untangle": False,
     "trim": False,
     "full_rate_side": 0.0,
@@ -100,7 +104,9 @@ FLAGS = [name for name, hint in get_type_hints(Options).items() if hint is bool]
 
 
 def test_every_option_is_of_a_kind_that_is_checked() -> None:
-    assert {*COUNTS, *NUMBERS, *WORDS, *FLAGS, "background"} == {field.name for field in dataclasses.fields(Options)}
+    assert {*COUNTS, *NUMBERS, *WORDS, *FLAGS, "background", "palette"} == {
+        field.name for field in dataclasses.fields(Options)
+    }
 
 
 @pytest.mark.parametrize("value", [-1, 2.0, "3", None, True, math.nan])
@@ -113,11 +119,18 @@ def test_counts_are_whole_numbers(name: str, value: Any) -> None:
 @pytest.mark.parametrize("name", COUNTS)
 def test_counts_may_be_small(name: str) -> None:
     assert getattr(Options(**{name: 1}), name) == 1
-    if name == "revisions":
-        assert Options(revisions=0).revisions == 0
+    if name in ("revisions", "colors"):
+        assert getattr(Options(**{name: 0}), name) == 0
     else:
         with pytest.raises(ValueError, match=rf"^{name}: got 0, wanted a whole number of at least 1$"):
             Options(**{name: 0})
+
+
+@pytest.mark.parametrize("value", ["blurple", "red,", "#12345", "rgb(1 2 3 / .5)", 3, None, ["red"]])
+def test_palettes_are_colors(value: Any) -> None:
+    with pytest.raises(ValueError, match=r"^palette: got "):
+        Options(palette=value)
+    assert Options(palette="red, #123456").palette == "red, #123456"
 
 
 @pytest.mark.parametrize("value", [-0.5, math.inf, -math.inf, math.nan, "1", None, [1.0], 10**400, True])
