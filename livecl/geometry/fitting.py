@@ -22,7 +22,7 @@ PLACES, LEAST_PLACES, SPACING = 64, 24, 2.0
 POINTS, FINE = 24, 4
 
 
-def fit_outlines(polyline: FloatArray, most: int, places: int | None = None) -> list[FloatArray]:
+def fit_outlines(polyline: FloatArray, most: int) -> list[FloatArray]:
     """Return the closed paths of 1, 2, ... `most` segments that follow a closed polyline best.
 
     Parameters
@@ -31,8 +31,6 @@ def fit_outlines(polyline: FloatArray, most: int, places: int | None = None) -> 
         Closed outline, px.
     most : int
         Segments of the last path.
-    places : int, optional
-        Places where anchors may lie; by the polyline's length where not given.
 
     Returns
     -------
@@ -40,9 +38,7 @@ def fit_outlines(polyline: FloatArray, most: int, places: int | None = None) -> 
         The path of s segments is at index s - 1; it runs the way the polyline does.
     """
     length = float(np.hypot(*(np.roll(polyline, -1, axis=0) - polyline).T).sum())
-    if places is None:
-        places = int(np.clip(np.ceil(length / SPACING), LEAST_PLACES, PLACES))
-    places = max(most, places)
+    places = max(most, int(np.clip(np.ceil(length / SPACING), LEAST_PLACES, PLACES)))
     points = _evenly(polyline, places * FINE)
     errors, handles = _segment_fits(points, places)
     first = _corner(errors)

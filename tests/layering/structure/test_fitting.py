@@ -14,6 +14,7 @@ from skimage.measure import points_in_poly
 from livecl.geometry.bezier import cross, evaluate, signed_area
 from livecl.geometry.corners import noise_of
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area
+from livecl.layering.structure import contours
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.flat import flat_regions
 from livecl.layering.structure.layers import Layer
@@ -197,3 +198,14 @@ def test_noise_buys_no_segments(shape: Shape, segments: int) -> None:
     points = points + 0.06 * np.random.default_rng(1).normal(size=points.shape)
     (path,) = fitted_layer(Layer([points], PAINT), noise_of([points]))
     assert len(path) == segments
+
+
+def test_loops_of_a_mixed_pixel_are_no_outlines(monkeypatch: pytest.MonkeyPatch) -> None:
+    def polylines(soft: FloatArray, cover: FloatArray) -> list[FloatArray]:
+        angles = 2 * np.pi * np.arange(12) / 12
+        unit = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return [30 + radius * unit for radius in (12.0, 0.7, 1.0)]  # of 1.5 and 3 px^2 beside the largest
+
+    regions = flat_regions(rendered(disc(12.0)))
+    monkeypatch.setattr(contours, "edge_polylines", polylines)
+    assert [round(abs(contour.area)) for contour in Outlines(regions).of((0,))] == [432, 3]
