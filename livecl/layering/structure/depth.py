@@ -23,6 +23,8 @@ Pairs = dict[tuple[int, int], float]
 
 #: Share that what is seen through holes has of what has them: more, and it belongs to what lies around.
 THROUGH_HOLES, GROUND_THROUGH_HOLES, PANES = 0.3, 0.2, 0.4
+#: Regions of one colour, at most, that may be parts of each other below something.
+MOST_ALIKE = 60
 #: Share of the outline of what is seen between several regions that faces those at the ground.
 GROUND_AROUND = 0.7
 #: Deviation of a hole's distance from the outline around it, by the mean distance: up to which a hole of the share
@@ -50,6 +52,15 @@ def same_color(outlines: Outlines, a: int, b: int) -> bool:
     return outlines.regions.alike(a, b)
 
 
+def few_alike(outlines: Outlines, nodes: list[int]) -> list[int]:
+    """Return the regions of whose colour there are not more than `MOST_ALIKE`, in their order.
+
+    More are letters, pixels or the rooms between lines: each pair of them is looked at otherwise, in vain.
+    """
+    counts = [int(np.count_nonzero(outlines.regions.near(outlines.regions.colors[k])[nodes])) for k in nodes]
+    return [k for k, count in zip(nodes, counts, strict=True) if count <= MOST_ALIKE]
+
+
 def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
     """Return the regions of the ground's colour (C,) that are the ground: at the page's edge, or seen through holes."""
     regions = outlines.regions
@@ -73,7 +84,10 @@ def _seen_through(outlines: Outlines, inner: int, around: int) -> bool:
     Of a ring, a frame or a stroke that closes, the hole runs along the outline at an even distance; a light shape on a
     disc or a square does not. Letters have uneven holes too: they are small, or far from convex.
     """
-    outer = outlines.outer(around)
+    contours = outlines.of((around,))
+    if len(contours) > LATTICE and _thinness(contours) < THIN:
+        return True  # lines that cross, as of a drawing by pen
+    outer = contours[0]
     filled = max(abs(outer.area), 1.0)
     share = float(outlines.regions.sizes[inner]) / filled
     distance = _distances(outlines.outer(inner).points, outer.points)
@@ -198,9 +212,10 @@ def _relations(
     outlines: Outlines, nodes: list[int], touching: Pairs, prices: Prices
 ) -> Iterator[tuple[int, int, int, float]]:
     """Yield (cover, region, region, saving): two regions of one colour whose outlines relate below a third."""
+    few = few_alike(outlines, nodes)
     for cover in nodes:
         below = outlines.marks((cover,))
-        beside = [k for k in nodes if (k, cover) in touching]
+        beside = [k for k in few if (k, cover) in touching]
         for a, b in itertools.combinations(beside, 2):
             if same_color(outlines, a, b):
                 first, second = outlines.outer(a), outlines.outer(b)

@@ -14,6 +14,7 @@ from livecl.layering.structure.contours import Contour, Outlines
 from livecl.layering.structure.depth import (
     Pairs,
     evidence,
+    few_alike,
     ground_regions,
     paint_order,
     same_color,
@@ -152,11 +153,12 @@ class _Scene:
 
     def join_all(self) -> None:
         """Join shapes of one colour, again and again the pair that saves most; then each with itself."""
+        few = few_alike(self.outlines, sorted(self.shapes))
         tried: dict[tuple[Contour, ...], tuple[float, int, int, Contour] | None] = {}
         while True:
             best: tuple[float, int, int, Contour] | None = None
             place = (0, 0)
-            keys = sorted(self.shapes, key=lambda k: self.depth[k])
+            keys = sorted(self.shapes.keys() & set(few), key=lambda k: self.depth[k])
             for i, a in enumerate(keys):
                 for b in keys[i + 1 :]:
                     if not same_color(self.outlines, a, b):

@@ -10,6 +10,8 @@ import pytest
 from numpy.typing import NDArray
 from skimage.draw import polygon2mask
 
+from livecl.layering.structure.contours import Outlines
+from livecl.layering.structure.depth import few_alike
 from livecl.layering.structure.flat import flat_regions
 from livecl.layering.structure.layers import find_layers
 
@@ -160,3 +162,21 @@ def test_the_same_layers_every_time() -> None:
 
 def test_a_blank_page_has_no_layers() -> None:
     assert found(np.ones((*SIZE, 3))) == []
+
+
+def test_crossing_lines_are_one_layer_over_the_page() -> None:
+    lines = np.zeros_like(X, dtype=bool)
+    for at in (20, 38, 56, 74):
+        lines |= box(6, at, 90, at + 3) | box(at, 6, at + 3, 90)
+    check(picture((lines, BLUE)), (lines, BLUE))
+
+
+def test_many_shapes_of_one_color_are_not_looked_at_in_pairs() -> None:
+    """The time of many letters or pixels grows with their number, not with that of their pairs."""
+    dots = [disc(8 + 10 * i, 8 + 10 * j, 3) for i in range(9) for j in range(9)]
+    colors = [BLUE] * 70 + [RED] * 11
+    outlines = Outlines(flat_regions(picture(*zip(dots, colors, strict=True))))
+    alike = few_alike(outlines, list(range(outlines.count)))
+    np.testing.assert_allclose(
+        outlines.regions.colors[alike].mean(axis=0), (np.array(WHITE) + 11 * np.array(RED)) / 12, atol=0.01
+    )
