@@ -15,6 +15,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import KINDS, SOLID
 from livecl.run.recipe import Recipe
 from livecl.run.result import Result
+from livecl.svg.writer import primitives
 from livecl.version import __version__
 
 #: Points of a fill, by its kind: none; both ends; the centre and the ends of two axes.
@@ -28,6 +29,7 @@ def facts(result: Result, recipe: Recipe) -> dict[str, Any]:
     """
     drawing = result.drawing
     height, width = drawing.size
+    shapes = primitives(drawing, recipe.precision)
     working_height, working_width = result.working_size or result.drawing.size
     return {
         "width": width,
@@ -45,6 +47,7 @@ def facts(result: Result, recipe: Recipe) -> dict[str, Any]:
         "layers": [
             {
                 "label": label,
+                "shape": shapes[layer].tag if layer in shapes else "path",
                 "fill": _fill(drawing, layer),
                 "nodes": int(nodes),
                 "subpaths": int(subpaths),

@@ -21,7 +21,7 @@ from livecl.options import WANTED_OPTIONS, Options
 from livecl.run.hints import with_hints
 from livecl.schedule import MAX_AUTO_PATHS, growing_schedule, parse_schedule
 from livecl.svg.outline_data import MAX_PRECISION
-from livecl.svg.writer import LayerStyle, format_svg, quantize
+from livecl.svg.writer import LayerStyle, format_svg, primitives, quantize
 from livecl.version import __version__
 
 if TYPE_CHECKING:
@@ -303,9 +303,18 @@ def _enlarged(drawing: Drawing, size: tuple[int, int], start: Drawing | None, lo
     Scaled down, rounded and scaled up again, these would differ from them.
     """
     enlarged = scaled(drawing, size)
-    if start is None or enlarged is drawing:
+    if enlarged is drawing:
         return enlarged
-    smaller, points = quantize(scaled(start, drawing.size)), enlarged.points.copy()
+    points = enlarged.points.copy()
+    factors = np.array(size[::-1]) / drawing.size[::-1]
+    for layer, shape in primitives(drawing, MAX_PRECISION).items():  # the two factors differ a little
+        larger = shape.scaled(factors)
+        own = slice(*drawing.segment_offsets[layer : layer + 2])
+        if larger is not None and larger.points.shape == points[own].shape:
+            points[own] = larger.points
+    if start is None:
+        return enlarged.replace(points=points)
+    smaller = quantize(scaled(start, drawing.size))
     for layer in lock:
         own = slice(*smaller.segment_offsets[layer : layer + 2])
         for first, end in itertools.pairwise(drawing.segment_offsets):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -22,6 +23,8 @@ from livecl.svg.servers import format_decimal
 from livecl.svg.shapes import shape_outline, transformed
 
 FloatArray = NDArray[np.float64]
+
+_TURN = re.compile(r"rotate\((\S+)")
 
 #: How far an outline may be from that of a shape, px; and fewest and most of its segments.
 SAME, FEWEST, MOST = 1e-6, 4, 8
@@ -45,6 +48,23 @@ class Primitive:
         if turn:
             outline = transformed(outline, transform_matrix(turn, (0.0, 0.0)))
         return np.round(outline[0][:, :3], MAX_PRECISION) + 0.0
+
+    def scaled(self, factors: FloatArray) -> Primitive | None:
+        """Return the shape on a canvas stretched by nearly equal factors (x, y): circles stay circles."""
+        size = {name: float(value) for name, value in self.attributes.items() if name != "transform"}
+        both = float(np.sqrt(factors[0] * factors[1]))
+        if self.tag == "rect":
+            low = np.array([size["x"], size["y"]])
+            sides = np.array([size["width"], size["height"]]) * factors
+            pill = 2 * size.get("rx", 0.0) >= min(size["width"], size["height"]) - SAME
+            radius = float(sides.min()) / 2 if pill else size.get("rx", 0.0) * both
+            return rectangle(low * factors, low * factors + sides, radius)
+        center = np.array([size["cx"], size["cy"]]) * factors
+        if self.tag == "circle":
+            return ellipse(center, (size["r"] * both, size["r"] * both))
+        if turn := _TURN.match(self.attributes.get("transform", "")):
+            return ellipse(center, (size["rx"] * both, size["ry"] * both), float(turn[1]))
+        return ellipse(center, (size["rx"] * float(factors[0]), size["ry"] * float(factors[1])))
 
     @property
     def text(self) -> str:

@@ -72,7 +72,7 @@ def test_json(folder: Path) -> None:
     ]
     assert [layer["nodes"] for layer in report["layers"]] == np.diff(drawing.segment_offsets).tolist()
     assert [layer["stage"] for layer in report["layers"]] == [1, 2, 2]
-    assert {"label", "fill", "subpaths"} < set(report["layers"][0])
+    assert {"label", "shape", "fill", "nodes", "subpaths"} < set(report["layers"][0])
     difference = livecl.render(drawing) - livecl.read_image("in.png")
     assert report["mse"] == pytest.approx(np.mean(np.square(difference, dtype=np.float64)), rel=1e-5)
 

@@ -144,3 +144,14 @@ def test_fingerprints_differ_where_the_outcome_may() -> None:
     assert Recipe(options=paper).fingerprint == Recipe(options=paper, paths=8, schedule="exp").fingerprint
     assert Recipe().fingerprint != Recipe(schedule=Recipe().stages).fingerprint  # which does not end early
     assert Recipe().fingerprint == dataclasses.replace(Recipe()).fingerprint
+
+
+def test_circles_and_boxes_of_larger_pictures_are_such() -> None:
+    """Though a picture of 121 x 90 px is worked on at 74 x 55, which are not quite its proportions."""
+    rows, columns = np.indices((90, 121)) + 0.5
+    image = np.ones((90, 121, 3))
+    image[np.hypot(columns - 35, rows - 45) < 24] = (0.8, 0.2, 0.1)
+    image[20:70, 75:110] = (0.1, 0.3, 0.8)
+    recipe = Recipe(paths=2, size=64, options=Options(iterations=60, revisions=0))
+    svg = recipe.svg(recipe.vectorize(image).drawing)
+    assert svg.count("<circle") == 1 and svg.count("<rect") == 2 and "<path" not in svg

@@ -110,3 +110,13 @@ def test_names_are_kept_in_plain_files() -> None:
     svg = format_svg(drawing, layers="plain")
     assert re.search("<circle [^>]*><title>the sun's</title></circle>", svg)
     assert read_svg(svg.encode()).names == ("the sun's",)
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_stretched_by_nearly_equal_factors_it_is_the_same_shape(kind: str) -> None:
+    shape = SHAPES[kind][0]()
+    factors = np.array([2.0, 2.004])
+    larger = shape.scaled(factors)
+    assert larger is not None and larger.tag == shape.tag
+    np.testing.assert_allclose(larger.points, shape.points * factors, atol=0.1)
+    assert primitive_of(larger.points, 3) is not None

@@ -79,14 +79,18 @@ def test_facts_of_layers(background: Any) -> None:
     # What is seen of all layers is what they cover together: the alpha of the drawing without a background.
     covered = rasterizer.forward(result.drawing.replace(background=None))[..., 3].sum()
     assert sum(fact.area for fact in facts) == pytest.approx(covered, rel=1e-5)
-    paths = re.findall(r"<path .*/>", result.svg)
+    paths = re.findall(ELEMENT, result.svg)
     assert [fact.num_bytes for fact in facts] == [len(path) for path in paths]
+
+
+#: A layer's element in a file for Inkscape.
+ELEMENT = r'<(?:path|circle|ellipse|rect) id="(?!background").*/>'
 
 
 def test_bytes_of_a_layer_with_any_name() -> None:
     image, result = sample(names=("a>b</path>", "é", ""))
     facts = layer_facts(result.drawing, result.svg, image, Rasterizer(result.drawing.size))
-    outside = re.sub(r"<path\b.*/>", "", result.svg)
+    outside = re.sub(ELEMENT, "", result.svg)
     assert sum(fact.num_bytes for fact in facts) == len(result.svg.encode()) - len(outside.encode())
 
 

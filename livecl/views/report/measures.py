@@ -30,6 +30,8 @@ _DIFFERENCE_INK = (214, 66, 48)
 
 FloatArray = NDArray[np.float32]
 
+_ELEMENT = re.compile(r"<(path|circle|ellipse|rect)\b(?! id=\"background\")[^>]*?(?:/>|>.*?</\1>)", flags=re.DOTALL)
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class LayerFacts:
@@ -47,7 +49,7 @@ class LayerFacts:
         By how much the mean squared error would rise if the layer had the best single colour, of its mean opacity; None
         where it is solid.
     num_bytes : int
-        Length of its ``<path>`` element in the saved SVG.
+        Length of its element in the saved SVG.
     num_nodes : int
         Anchors of its outline, one a segment.
     """
@@ -83,9 +85,7 @@ def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rast
     visible = visible_shares(alphas)
     gradients = gradient_gains(smaller, visible, target, rasterizer)
     shares = visible.mean(axis=(1, 2), dtype=np.float64)
-    elements = re.findall(
-        r"<(?:path|circle|ellipse|rect)\b(?! id=\"background\")[^>]*?(?:/>|>.*?</\w+>)", svg, flags=re.DOTALL
-    )
+    elements = [match[0] for match in _ELEMENT.finditer(svg)]
     area = drawing.size[0] * drawing.size[1]
     return [
         LayerFacts(
