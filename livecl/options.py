@@ -141,6 +141,11 @@ class Options:
         "solid",
         "What may fill a layer: one colour; or a gradient too, of either or of one kind, where it is worth a path",
     )
+    strokes: Literal["off", "auto", "only"] = _option(
+        "off",
+        "Line art as strokes along centre lines: auto where strokes explain most of the ink, with fills for the rest, "
+        "only without fills",
+    )
     variant: Literal["paper", "released"] = _option(
         "paper",
         "Whose distance weight, Xing loss and placement rule: the text's, or the authors' program's",

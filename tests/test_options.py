@@ -50,6 +50,7 @@ PAPER = {
     "decay": 1.0,
     "opacity": "train",
     "fills": "solid",
+    "strokes": "off",
 }
 
 

@@ -61,6 +61,11 @@ class Merged:
     sources: NDArray[np.intp]
 
 
+def can_merge(drawing: Drawing) -> bool:
+    """Whether a drawing has filled layers only: strokes are not merged."""
+    return not drawing.strokes.any
+
+
 def merge_neighbors(context: Context, drawing: Drawing, free: NDArray[np.bool_], tolerance: float) -> Merged:
     """Merge `free` layers, (N,), as long as the mean squared error rises by at most `tolerance` in all.
 

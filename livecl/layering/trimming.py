@@ -15,23 +15,22 @@ SIDE_BY_BLEED, FAR = 60, 2
 def trimmed(drawing: Drawing) -> Drawing:
     """Return the drawing with the filled outlines that reach far beyond the page cut to a bleed: the picture stays.
 
-    Strokes stay as they are: their width follows the outline.
+    Drawings with strokes stay as they are.
     """
     size = np.array(drawing.size[::-1], dtype=np.float64)
     bleed = max(1.0, round(size.max() / SIDE_BY_BLEED))
     beyond = np.maximum(-drawing.points, drawing.points - size).max(axis=(1, 2)) > FAR * bleed  # (M,)
-    if not beyond.any():
+    if not beyond.any() or drawing.strokes.any:
         return drawing
     paths, counts = [], []
     for layer in range(drawing.num_layers):
         rows = drawing.subpaths(layer)
         own = [drawing.points[row] for row in rows]
-        if not drawing.strokes.widths[layer]:
-            cut = [
-                trimmed_outline(points, -np.full(2, bleed), size + bleed) if beyond[row].any() else points
-                for points, row in zip(own, rows, strict=True)
-            ]
-            own = [points for points in cut if points is not None] or own
+        cut = [
+            trimmed_outline(points, -np.full(2, bleed), size + bleed) if beyond[row].any() else points
+            for points, row in zip(own, rows, strict=True)
+        ]
+        own = [points for points in cut if points is not None] or own
         paths += own
         counts.append(len(own))
     return drawing.replace(

@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.layering.fills import shaded
-from livecl.layering.merging import merge_neighbors
+from livecl.layering.merging import can_merge, merge_neighbors
 from livecl.layering.placement import place_paths
 from livecl.layering.pruning import least_useful
+from livecl.layering.strokes import find_strokes
 from livecl.run.work import Work
-from livecl.training.state import FREE
+from livecl.training.state import FREE, KEPT
 
-Kind = Literal["refine", "grow", "shade", "revise"]
+Kind = Literal["refine", "stroke", "grow", "shade", "revise"]
 
 
 class Phase(Protocol):
@@ -50,6 +51,29 @@ class Refine:
     def end(self, run: Work) -> bool:
         """Keep the better drawing."""
         return run.keep_if_better()
+
+
+@dataclasses.dataclass(frozen=True)
+class Stroke:
+    """Draw line art as strokes, which later phases keep."""
+
+    kind: ClassVar[Kind] = "stroke"
+
+    def begin(self, run: Work) -> bool:
+        """Place the strokes; False where the picture is no line art."""
+        state = run.state
+        found = find_strokes(run, state.drawing.background)
+        if not found.num_layers:
+            state.stage += 1
+            return False
+        before = state.drawing.num_layers
+        state.add(found, np.arange(before + found.num_layers))
+        state.holds[before:] = KEPT
+        return True
+
+    def end(self, run: Work) -> bool:
+        """Keep the strokes."""
+        return True
 
 
 @dataclasses.dataclass(frozen=True)
@@ -141,7 +165,7 @@ class Revise:
         """Take layers out, and place as many as are missing."""
         state = run.state
         run.remember()
-        if state.options.merge and run.progress.failures % 2 == 0:
+        if state.options.merge and run.progress.failures % 2 == 0 and can_merge(state.drawing):
             merged = merge_neighbors(run, state.drawing, state.free, self.merging_loss)
             if merged.drawing.num_layers < state.drawing.num_layers:
                 state.replace_layers(merged.drawing, merged.sources)
@@ -167,9 +191,18 @@ class Revise:
         return order[start : start + count]
 
 
-def plan_of(schedule: Sequence[int], revisions: int, fills: str = "solid") -> tuple[Phase, ...]:
-    """Return the phases of a run: one for each stage of the schedule, of which 0 refines, shading, then revisions."""
+def plan_of(schedule: Sequence[int], revisions: int, fills: str = "solid", strokes: str = "off") -> tuple[Phase, ...]:
+    """Return the phases of a run.
+
+    One for each stage of the schedule, of which 0 refines, then shading, then revisions; strokes are drawn before paths
+    are added, or in place of them.
+    """
     stages: list[Phase] = [Grow(count) if count else Refine() for count in schedule]
+    if strokes != "off":
+        first = next((index for index, phase in enumerate(stages) if isinstance(phase, Grow)), len(stages))
+        stages.insert(first, Stroke())
+        if strokes == "only":
+            return tuple(stages[: first + 1])
     if fills != "solid":
         stages.append(Shade())
     return (*stages, *(Revise(number) for number in range(revisions)))

@@ -12,7 +12,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.editing import editable, with_few_colors
 from livecl.errors import LiveclError
 from livecl.geometry.outlines import circle
-from livecl.layering.merging import merge_neighbors
+from livecl.layering.merging import can_merge, merge_neighbors
 from livecl.layering.pruning import needed_layers
 from livecl.layering.trimming import trimmed
 from livecl.run.phases import Grow, Phase, Revise, plan_of
@@ -40,7 +40,7 @@ class Run(Work):
         check: Callable[[], None] = lambda: None,
     ) -> None:
         super().__init__(image, progress, device, check)
-        self.plan = plan_of(progress.schedule, self.options.revisions, self.options.fills)
+        self.plan = plan_of(progress.schedule, self.options.revisions, self.options.fills, self.options.strokes)
 
     def warm_up(self) -> None:
         """Compile the kernels of a step: runtimes compile a kernel when it is first launched."""
@@ -125,7 +125,7 @@ class Run(Work):
             best, holds = fallback.drawing, fallback.holds
         least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
         best = quantize(best)
-        if self.finished and state.options.merge:
+        if self.finished and state.options.merge and can_merge(best):
             merged = merge_neighbors(self, best, holds == FREE, least)
             best, holds = quantize(merged.drawing), np.where(merged.sources < 0, FREE, holds[merged.sources])
         if self.finished:

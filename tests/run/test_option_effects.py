@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.line_art import DRAWINGS
 from support.runs import QUICK, SMALL
 
-from livecl import Options, Result, vectorize
+from livecl import Options, Result, render, vectorize
 from livecl.quality.layers import self_crossing
 from livecl.run.callbacks import Step
 from livecl.svg.writer import primitives
@@ -193,6 +194,9 @@ EFFECTS: dict[str, Effect] = {
     ),
     # Of five random loops, the released program has the Xing loss look at the newest only.
     "fills": Effect(Options(iterations=30, revisions=0), {"fills": "auto"}, mse, -1, image=RAMP),
+    "strokes": Effect(
+        QUICK, {"strokes": "only"}, lambda run: (run.drawing.strokes.widths > 0).sum(), 1, render(DRAWINGS["star"])
+    ),
     "variant": Effect(
         dataclasses.replace(STILL, shape="random", xing_weight=1e3),
         {"variant": "released"},

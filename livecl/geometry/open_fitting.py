@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Open or closed cubic paths of the fewest segments that stay within a distance of a polyline.
+
+Corners are found first, where the polyline turns by much within a short reach; between them, every run from one place
+to another is a candidate segment: the line between them if that is close enough, else the least-squares cubic with the
+length along the polyline as parameter. Dynamic programming takes the fewest segments that are all close enough, and of
+those the ones with the smallest squared distance.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.geometry.bezier import bernstein
+
+FloatArray = NDArray[np.float64]
+
+#: Turn, radians, within the reach of a corner that makes it one; places between two corners at most.
+MIN_TURN, MAX_PLACES = 0.75, 28
+
+
+def fit_line(points: FloatArray, tolerance: float, reach: float, closed: bool = False) -> FloatArray:
+    """Return the path of fewest segments along a polyline.
+
+    Parameters
+    ----------
+    points : (n, 2) float
+        Polyline of two points or more, px; closed ones do not repeat the first.
+    tolerance : float
+        Largest distance of a point of the polyline from the path, px.
+    reach : float
+        Length, px, before and behind a point within which it is a corner if the polyline turns.
+    closed : bool
+        Whether the end is the beginning.
+
+    Returns
+    -------
+    (s, 3, 2) float
+        Rows (anchor, handle, handle); the last row of an open path is its end.
+    """
+    if closed:
+        points = np.concatenate([points, points[:1]])
+    places = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    corners = _corners(points, places, reach)
+    sharp = [_crossing(points, places, at, reach) for at in corners]
+    ends = [0, *corners, len(points) - 1]
+    tips = [points[0], *sharp, points[-1]]
+    rows = []
+    for k, (first, last) in enumerate(itertools.pairwise(ends)):
+        inside = np.arange(first + 1, last)
+        if k > 0:
+            inside = inside[places[inside] > places[first] + reach / 2]
+        if k + 2 < len(ends):
+            inside = inside[places[inside] < places[last] - reach / 2]
+        rows += _smooth_rows(np.stack([tips[k], *points[inside], tips[k + 1]]), tolerance)
+    if not closed:
+        rows.append(np.broadcast_to(points[-1], (3, 2)))
+    return np.array(rows)
+
+
+def _corners(points: FloatArray, places: FloatArray, reach: float) -> list[int]:
+    """Return the points at which a polyline turns most, if by enough, one within the reach."""
+    before = np.stack([np.interp(places - reach, places, points[:, axis]) for axis in (0, 1)], axis=1)
+    after = np.stack([np.interp(places + reach, places, points[:, axis]) for axis in (0, 1)], axis=1)
+    u, v = points - before, after - points
+    turns = np.abs(np.arctan2(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], (u * v).sum(axis=1)))
+    inside = (places > reach / 2) & (places < places[-1] - reach / 2)
+    turns[~inside] = 0
+    found: list[int] = []
+    for at in np.argsort(-turns, kind="stable"):
+        if turns[at] < MIN_TURN:
+            break
+        if all(abs(places[at] - places[other]) > reach for other in found):
+            found.append(int(at))
+    return sorted(found)
+
+
+def _crossing(points: FloatArray, places: FloatArray, at: int, reach: float) -> FloatArray:
+    """Return where the lines before and after a corner meet, the corner itself where they do not nearby.
+
+    Half the reach around it is left out: there the middle of a pen's mark is rounder than its course.
+    """
+    lines = []
+    for side in (-1, 1):
+        beyond = side * (places - places[at])
+        near = points[(beyond >= reach / 2) & (beyond <= 1.5 * reach)]
+        if len(near) < 2:
+            return np.asarray(points[at])
+        middle = near.mean(axis=0)
+        lines.append((middle, np.linalg.svd(near - middle)[2][0]))
+    (p, u), (q, v) = lines
+    across = u[0] * v[1] - u[1] * v[0]
+    if abs(across) < 0.2:  # nearly parallel
+        return np.asarray(points[at])
+    share = ((q - p)[0] * v[1] - (q - p)[1] * v[0]) / across
+    crossing = p + share * u
+    return np.asarray(crossing if np.hypot(*(crossing - points[at])) <= reach else points[at])
+
+
+def _smooth_rows(points: FloatArray, tolerance: float) -> list[FloatArray]:
+    """Return the rows of the fewest segments from the first point to the last."""
+    places = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    count = int(np.clip((places[-1] - places[0]) / 4, 1, MAX_PLACES))
+    stops = np.unique(np.searchsorted(places, np.linspace(places[0], places[-1], count + 1)).clip(0, len(points) - 1))
+    best: list[tuple[float, float, int, FloatArray]] = [(0, 0.0, -1, np.zeros((3, 2)))]
+    for j in range(1, len(stops)):
+        options = []
+        for i in range(j):
+            row, miss, squares = _segment(points[stops[i] : stops[j] + 1], places[stops[i] : stops[j] + 1])
+            close = miss <= tolerance or j - i == 1
+            if close:
+                options.append((best[i][0] + 1, best[i][1] + squares, i, row))
+        best.append(min(options, key=lambda option: option[:2]))
+    rows, at = [], len(stops) - 1
+    while at > 0:
+        rows.append(best[at][3])
+        at = best[at][2]
+    return rows[::-1]
+
+
+def _segment(points: FloatArray, places: FloatArray) -> tuple[FloatArray, float, float]:
+    """Return the row of the segment from the first point to the last, its largest distance, and the sum of squares."""
+    a, d = points[0], points[-1]
+    t = (places - places[0]) / max(places[-1] - places[0], 1e-12)
+    weights = bernstein(t)
+    rest = points - weights[:, :1] * a - weights[:, 3:] * d
+    inner = weights[:, 1:3]
+    if len(points) < 6:
+        handles = np.stack([a + (d - a) / 3, d - (d - a) / 3])
+    else:
+        for _ in range(3):
+            handles = np.linalg.lstsq(inner, rest, rcond=None)[0]
+            curve = weights @ np.stack([a, *handles, d])
+            slope = 3 * np.diff(np.stack([a, *handles, d]), axis=0)
+            u = 1 - t
+            velocity = (u * u)[:, None] * slope[0] + (2 * t * u)[:, None] * slope[1] + (t * t)[:, None] * slope[2]
+            speed = np.maximum((velocity**2).sum(axis=1), 1e-12)
+            t = np.clip(t + ((points - curve) * velocity).sum(axis=1) / speed, 0, 1)
+            t[0], t[-1] = 0, 1
+            weights = bernstein(t)
+            rest = points - weights[:, :1] * a - weights[:, 3:] * d
+            inner = weights[:, 1:3]
+    distance = np.hypot(*(weights @ np.stack([a, *handles, d]) - points).T)
+    share = np.clip((points - a) @ (d - a) / max(float((d - a) @ (d - a)), 1e-12), 0, 1)
+    off = np.hypot(*(points - a - share[:, None] * (d - a)).T)
+    if off.max() <= 1.15 * distance.max() + 0.05:  # a line is as good
+        return np.stack([a, a + (d - a) / 3, d - (d - a) / 3]), float(off.max()), float((off**2).sum())
+    return np.stack([a, *handles]), float(distance.max()), float((distance**2).sum())

@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Trace the centre lines of a mask of thin shapes: its skeleton as lines that go straight on where they cross.
+
+The skeleton (thinning by Zhang and Suen, Communications of the ACM 27, 1984; scikit-image's) is a graph: branches of
+pixels between ends and junctions. Branches that are no longer than the shape is wide there are either spurs, at an end,
+which are dropped, or bridges between two junctions of one crossing, which are drawn together. At each junction, the two
+branches that continue each other best are one line.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Cosine between the directions of two branches, both away from a junction, up to which they are one line: 140 degrees.
+MAX_COSINE = -0.77
+#: Spurs: lengths in half widths up to which a branch is one, whatever it is like, and if it ends in a corner, where the
+#: distance to the border falls below this share of the half width.
+SHORT, LONG, TAPER = 1.2, 5.0, 0.6
+#: Longest bridge of a crossing at a small angle, half widths.
+FLAT_BRIDGE = 8.0
+#: Half widths around a junction within which lines run straight on: the skeleton is drawn aside there.
+CLEAR = 1.5
+#: Half widths of the shape along which the direction of a branch is measured, beyond the junction itself.
+REACH = 3.0
+
+
+@dataclasses.dataclass(frozen=True)
+class CenterLine:
+    """A line in the middle of a thin shape.
+
+    Attributes
+    ----------
+    points : (n, 2) float64
+        Points (x, y) along it, in pixels of the mask, whose centres lie at halves.
+    radii : (n,) float64
+        Distance of each point to the border of the shape.
+    closed : bool
+        Whether its end is its beginning.
+    """
+
+    points: FloatArray
+    radii: FloatArray
+    closed: bool
+
+    @property
+    def length(self) -> float:
+        """Length of the line, px of the mask."""
+        steps = np.diff(self.points, axis=0, append=self.points[:1] if self.closed else self.points[-1:])
+        return float(np.hypot(*steps.T).sum())
+
+
+@dataclasses.dataclass(eq=False)
+class _Branch:
+    """Points (n, 2) as (row, column) from one node to another, by number; a loop has no nodes."""
+
+    points: FloatArray
+    nodes: tuple[int, int] | None
+
+
+def center_lines(mask: NDArray[np.bool_]) -> list[CenterLine]:
+    """Return the centre lines of the thin shapes of a mask (H, W), the longest first."""
+    from skimage.morphology import skeletonize
+
+    skeleton = skeletonize(mask)
+    radii = ndimage.distance_transform_edt(mask)
+    branches, places = _graph(skeleton)
+    graph = _Graph(branches, places, radii)
+    graph.drop_spurs()
+    graph.contract_bridges()
+    lines = [_center_line(points, closed, radii) for points, closed in graph.joined()]
+    return sorted(lines, key=lambda line: -line.length)
+
+
+def _graph(skeleton: NDArray[np.bool_]) -> tuple[list[_Branch], list[FloatArray]]:
+    """Return the branches of a skeleton, and the place (row, column) of each node, an end or a junction.
+
+    Pixels with three neighbours or more are junctions, one for each cluster; what is left falls apart into branches.
+    """
+    around = np.ones((3, 3), np.int64)
+    count = ndimage.convolve(skeleton.astype(np.int64), around, mode="constant") - 1
+    junctions, num_junctions = ndimage.label(skeleton & (count >= 3), around)
+    parts, num_parts = ndimage.label(skeleton & (junctions == 0), around)
+    inner = ndimage.convolve((parts > 0).astype(np.int64), around, mode="constant") - 1
+    places = [np.argwhere(junctions == number).mean(axis=0) for number in range(1, num_junctions + 1)]
+    branches = []
+    for box, number in zip(ndimage.find_objects(parts), range(1, num_parts + 1), strict=True):
+        corner = np.array([box[0].start, box[1].start])
+        pixels = _in_order(np.argwhere(parts[box] == number) + corner, inner)
+        if len(pixels) > 2 and inner[tuple(pixels[0])] == 2:
+            branches.append(_Branch(pixels.astype(np.float64), None))
+            continue
+        touched = [_junctions_at(junctions, pixels[0]), _junctions_at(junctions, pixels[-1])]
+        if len(pixels) == 1 and len(touched[0]) > 1:
+            touched = [touched[0][:1], touched[0][1:]]
+        elif len(pixels) == 1:
+            touched[1] = []
+        nodes = []
+        for side, pixel in zip(touched, (pixels[0], pixels[-1]), strict=True):
+            if not side:
+                places.append(pixel.astype(np.float64))
+            nodes.append(side[0] - 1 if side else len(places) - 1)
+        branches.append(_Branch(pixels.astype(np.float64), (nodes[0], nodes[1])))
+    return branches, places
+
+
+def _in_order(pixels: IntArray, inner: IntArray) -> IntArray:
+    """Return the pixels of a branch from one end to the other, or around a loop."""
+    left = {(int(row), int(column)) for row, column in pixels}
+    start = min((at for at in left if inner[at] < 2), default=min(left))
+    run = [start]
+    left.discard(start)
+    while left:
+        row, column = run[-1]
+        steps = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
+        following = next(((row + i, column + j) for i, j in steps if (row + i, column + j) in left), None)
+        if following is None:
+            break
+        run.append(following)
+        left.discard(following)
+    return np.array(run)
+
+
+def _junctions_at(junctions: NDArray[np.integer], pixel: IntArray) -> list[int]:
+    """Return the junctions that a pixel touches."""
+    row, column = pixel
+    near = junctions[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
+    return [int(number) for number in np.unique(near[near > 0])]
+
+
+class _Graph:
+    """The branches between nodes, as they are simplified."""
+
+    def __init__(self, branches: list[_Branch], places: list[FloatArray], radii: FloatArray) -> None:
+        self.branches = branches
+        self.places = places
+        self.radii = radii
+        self._clear = [CLEAR * self._radius(node) for node in range(len(places))]  # px around each node
+
+    def _degrees(self) -> IntArray:
+        degrees = np.zeros(len(self.places), np.int64)
+        for branch in self.branches:
+            for node in branch.nodes or ():
+                degrees[node] += 1
+        return degrees
+
+    def _radius(self, node: int) -> float:
+        row, column = np.rint(self.places[node]).astype(int)
+        return float(self.radii[row, column])
+
+    def drop_spurs(self) -> None:
+        """Drop branches that end within the shape's width from a junction, the shortest first."""
+        while True:
+            degrees = self._degrees()
+            spurs = []
+            for branch in self.branches:
+                if branch.nodes is None:
+                    continue
+                degree = [degrees[node] for node in branch.nodes]
+                if min(degree) == 1 and max(degree) >= 3:
+                    junction = branch.nodes[int(np.argmax(degree))]
+                    if self._is_spur(branch, junction):
+                        spurs.append(branch)
+            if not spurs:
+                return
+            shortest = min(spurs, key=lambda branch: _length(branch.points))
+            self.branches = [branch for branch in self.branches if branch is not shortest]
+
+    def _is_spur(self, branch: _Branch, junction: int) -> bool:
+        """Whether a branch only leads from the middle of the shape to a corner of its border."""
+        points = branch.points if branch.nodes is not None and branch.nodes[0] == junction else branch.points[::-1]
+        length, radius = _length(points), self._radius(junction)
+        rows, columns = np.rint(points[-2:]).astype(int).T
+        tapers = float(self.radii[rows, columns].mean()) < TAPER * radius
+        return length <= SHORT * radius or (tapers and length <= LONG * radius)
+
+    def contract_bridges(self) -> None:
+        """Draw together the two junctions that a crossing makes in the skeleton."""
+        while True:
+            degrees = self._degrees()
+            bridge = next((branch for branch in self.branches if self._is_bridge(branch, degrees)), None)
+            if bridge is None or bridge.nodes is None:
+                return
+            kept, gone = bridge.nodes
+            self.places[kept] = (self.places[kept] + self.places[gone]) / 2
+            self._clear[kept] = max(self._clear[kept], self._clear[gone]) + _length(bridge.points) / 2
+            self.branches = [branch for branch in self.branches if branch is not bridge]
+            for branch in self.branches:
+                if branch.nodes is not None:
+                    first, last = (kept if node == gone else node for node in branch.nodes)
+                    branch.nodes = first, last
+
+    def _is_bridge(self, branch: _Branch, degrees: IntArray) -> bool:
+        """Whether a branch joins two junctions within the shape's width, or of a crossing at a small angle."""
+        if branch.nodes is None or branch.nodes[0] == branch.nodes[1]:
+            return False
+        if min(degrees[node] for node in branch.nodes) < 3:
+            return False
+        length, radius = _length(branch.points), max(self._radius(node) for node in branch.nodes)
+        if length <= 2 * radius:
+            return True
+        along = self.places[branch.nodes[1]] - self.places[branch.nodes[0]]
+        along /= max(float(np.hypot(*along)), 1e-9)
+        arms = [
+            (sign * along) @ self._direction(index, side, node)
+            for node, sign in zip(branch.nodes, (-1, 1), strict=True)
+            for index, other in enumerate(self.branches)
+            for side, end in enumerate(other.nodes or ())
+            if end == node and other is not branch
+        ]
+        return length <= FLAT_BRIDGE * radius and min(arms) >= -MAX_COSINE
+
+    def joined(self) -> list[tuple[FloatArray, bool]]:
+        """Return lines (n, 2) of branches that continue each other, and whether each is closed."""
+        following: dict[tuple[int, int], tuple[int, int]] = {}  # (branch, side) of a node to (branch, side)
+        at_node: dict[int, list[tuple[int, int]]] = {}
+        for index, branch in enumerate(self.branches):
+            for side, node in enumerate(branch.nodes or ()):
+                at_node.setdefault(node, []).append((index, side))
+        for node, ends in at_node.items():
+            directions = [self._direction(*end, node) for end in ends]
+            pairs = sorted(
+                (float(directions[i] @ directions[j]), i, j) for i in range(len(ends)) for j in range(i + 1, len(ends))
+            )
+            for cosine, i, j in pairs:
+                alone = len(ends) == 2  # no crossing: a corner
+                if (cosine <= MAX_COSINE or alone) and ends[i] not in following and ends[j] not in following:
+                    following[ends[i]], following[ends[j]] = ends[j], ends[i]
+        return self._chains(following)
+
+    def _direction(self, index: int, side: int, node: int) -> FloatArray:
+        """Return the unit direction in which a branch leaves a node, measured beyond the node's own width."""
+        points = self.branches[index].points
+        points = points if side == 0 else points[::-1]
+        distance = np.hypot(*(points - points[0]).T)
+        radius = max(self._radius(node), 1.0)
+        first, last = (int(np.argmax(distance > k * radius)) or len(points) - 1 for k in (1, REACH))
+        start = points[first] if last > first else self.places[node] if len(points) < 3 else points[0]
+        step = points[last] - start
+        return np.asarray(step / max(float(np.hypot(*step)), 1e-9))
+
+    def _chains(self, following: dict[tuple[int, int], tuple[int, int]]) -> list[tuple[FloatArray, bool]]:
+        lines: list[tuple[FloatArray, bool]] = [(b.points, True) for b in self.branches if b.nodes is None]
+        left = {index for index, branch in enumerate(self.branches) if branch.nodes is not None}
+        starts = [(i, side) for i in sorted(left) for side in (0, 1) if (i, side) not in following]
+        for start in [*starts, *((i, 0) for i in sorted(left))]:
+            if start[0] not in left:
+                continue
+            run: list[FloatArray] = []
+            index, side = start
+            closed = start in following
+            while index in left:
+                left.discard(index)
+                branch = self.branches[index]
+                assert branch.nodes is not None
+                own = branch.points if side == 0 else branch.points[::-1]
+                first, last = branch.nodes if side == 0 else branch.nodes[::-1]
+                run.append(self._between(own, first, last, not run and not closed, (index, 1 - side) not in following))
+                if (index, 1 - side) not in following:
+                    break
+                index, side = following[index, 1 - side]
+            lines.append((np.concatenate(run), closed))
+        return lines
+
+    def _between(self, points: FloatArray, first: int, last: int, begins: bool, ends: bool) -> FloatArray:
+        """Return the points of a branch outside of its junctions, with the junctions themselves at a line's ends."""
+        degrees = self._degrees()
+        keep = np.ones(len(points), bool)
+        for node in (first, last):
+            if degrees[node] >= 3:
+                keep &= np.hypot(*(points - self.places[node]).T) > self._clear[node]
+        kept = points[keep] if keep.any() else points[len(points) // 2 : len(points) // 2 + 1]
+        before = [self.places[first][None]] if begins and degrees[first] >= 3 else []
+        after = [self.places[last][None]] if ends and degrees[last] >= 3 else []
+        return np.concatenate([*before, kept, *after])
+
+
+def _length(points: FloatArray) -> float:
+    return float(np.hypot(*np.diff(points, axis=0).T).sum()) + 1
+
+
+def _center_line(points: FloatArray, closed: bool, radii: FloatArray) -> CenterLine:
+    rows, columns = np.rint(points).astype(int).T
+    return CenterLine(points[:, ::-1] + 0.5, radii[rows, columns], closed)

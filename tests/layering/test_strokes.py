@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Line art becomes strokes: centre lines, widths and caps of known drawings; other pictures have none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.line_art import DRAWINGS, match
+
+from livecl import Options, Rasterizer, render, vectorize
+from livecl.layering.context import Context
+from livecl.layering.strokes import find_strokes
+
+WHITE = np.ones(3)
+
+
+def _context(image: np.ndarray, strokes: str = "auto") -> Context:
+    return Context(Rasterizer(image.shape[:2]), image, Options(strokes=strokes))  # type: ignore[arg-type]
+
+
+def _noisy(image: np.ndarray, sigma: float) -> np.ndarray:
+    noise = np.random.default_rng(0).normal(0, sigma / 255, image.shape)
+    return np.clip(image + noise, 0, 1).astype(np.float32)
+
+
+@pytest.mark.parametrize("name", DRAWINGS)
+@pytest.mark.parametrize("sigma", [0, pytest.param(10, marks=pytest.mark.slow)])
+def test_strokes_are_found_before_training(name: str, sigma: float) -> None:
+    true = DRAWINGS[name]
+
+    found = find_strokes(_context(_noisy(render(true), sigma)), WHITE)
+
+    result = match(found, true)
+    assert result.distance < 0.5
+    assert result.width < 0.25  # training finds the rest
+    assert result.nodes < 1.6
+
+
+@pytest.mark.parametrize("name", ["star", "cup"])
+def test_training_finds_lines_and_widths(name: str) -> None:
+    true = DRAWINGS[name]
+
+    result = vectorize(render(true), options=Options(strokes="only", background="#ffffff"))
+
+    found = match(result.drawing, true)
+    assert found.distance < 0.2
+    assert found.width < 0.01
+    assert result.mse < 1e-4
+    assert result.drawing.strokes.widths.all()
+
+
+def test_colours_are_the_inks() -> None:
+    found = find_strokes(_context(render(DRAWINGS["waves"])), WHITE)
+
+    colors = {tuple(color) for color in np.round(found.colors[:, :3], 2).tolist()}
+    assert colors == {(0.1, 0.1, 0.1), (0.1, 0.25, 0.75), (0.8, 0.15, 0.1)}
+
+
+def test_filled_pictures_have_no_strokes() -> None:
+    disc = np.ones((64, 64, 3), np.float32)
+    y, x = np.indices((64, 64))
+    disc[np.hypot(x - 32, y - 32) < 20] = (0.8, 0.1, 0.1)
+
+    assert find_strokes(_context(disc), WHITE).num_layers == 0
+    assert find_strokes(_context(np.ones((32, 32, 3), np.float32)), WHITE).num_layers == 0
+
+
+def test_paper_of_another_colour_than_the_ground_is_no_line_art() -> None:
+    image = render(DRAWINGS["star"].replace(background=(0.5, 0.8, 0.5)))
+
+    assert find_strokes(_context(image), WHITE).num_layers == 0
+    assert find_strokes(_context(image), np.array([0.5, 0.8, 0.5])).num_layers == 1
+
+
+def test_auto_adds_fills_to_strokes() -> None:
+    image = render(DRAWINGS["arrows"]).copy()
+    image[140:156, 20:60] = (0.9, 0.6, 0.1)  # a box, no line
+
+    drawing = vectorize(
+        image, options=Options(strokes="auto", iterations=60, revisions=1, background="#ffffff")
+    ).drawing
+
+    assert (drawing.strokes.widths > 0).any()
+    assert (drawing.strokes.widths == 0).any()
