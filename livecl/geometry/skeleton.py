@@ -214,7 +214,7 @@ class _Graph:
             for side, end in enumerate(other.nodes or ())
             if end == node and other is not branch
         ]
-        return length <= FLAT_BRIDGE * radius and min(arms) >= -MAX_COSINE
+        return length <= FLAT_BRIDGE * radius and bool(min(arms) >= -MAX_COSINE)
 
     def joined(self) -> list[tuple[FloatArray, bool]]:
         """Return lines (n, 2) of branches that continue each other, and whether each is closed."""
