@@ -12,6 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.fills import MAX_COORDINATE
 from livecl.geometry import bezier
 from livecl.geometry.strokes import CAPS, JOINS, outline_strokes
 from livecl.svg import shapes
@@ -115,6 +116,11 @@ def drawn(lines: Lines, pen: Pen, matrix: FloatArray, scaled: bool) -> tuple[Lin
     -------
     Lines, Pen or None
         In px. No pen where the transform stretches the stroke unevenly: the lines are then the stroke's outline.
+
+    Raises
+    ------
+    ValueError
+        If lines are too far away for a drawing.
     """
     if not scaled:
         lines = dataclasses.replace(lines, subpaths=shapes.transformed(lines.subpaths, matrix))
@@ -124,6 +130,9 @@ def drawn(lines: Lines, pen: Pen, matrix: FloatArray, scaled: bool) -> tuple[Lin
     if largest - smallest <= 1e-6 * largest:
         pen = dataclasses.replace(pen, width=pen.width * float(largest), dashes=())
         return dataclasses.replace(lines, subpaths=shapes.transformed(lines.subpaths, matrix)), pen
+    ends = shapes.transformed(lines.subpaths, matrix)
+    if not all((np.abs(subpath) <= MAX_COORDINATE).all() for subpath in ends):  # before millions of lines are made
+        raise ValueError(f"points: all numbers must be finite and within [{-MAX_COORDINATE:g}, {MAX_COORDINATE:g}]")
     outline = shapes.transformed(outlined(lines, pen, TOLERANCE / max(float(largest), 1e-9)), matrix)
     if np.linalg.det(matrix[:2, :2]) < 0:
         outline = [subpath[::-1, ::-1] for subpath in outline]

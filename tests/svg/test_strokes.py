@@ -147,6 +147,13 @@ def test_invisible_strokes_are_layers_where_there_is_nothing_else() -> None:
     assert read('<path d="M1 1L9 9L1 9Z" fill="red" stroke="blue" stroke-opacity="0"/>').num_layers == 1
 
 
+@pytest.mark.parametrize("transform", ["", 'transform="skewX(20)"', 'transform="scale(1 -3)"'])
+def test_strokes_too_far_away_are_refused_at_once(transform: str) -> None:
+    """Outlining them where they are stretched unevenly would make hundreds of millions of lines."""
+    with pytest.raises(SvgError, match=r"all numbers must be finite and within \[-1e\+06, 1e\+06\]"):
+        read(f'<path d="M0 0C1e15 0 1e15 1e15 5 5" {STROKE} {transform}/>')
+
+
 def test_joins_of_svg_2_are_named() -> None:
     drawing, names = left_out(f'<path d="M1 1L9 9L1 20" {STROKE} stroke-linejoin="arcs"/>')
 
