@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The distance weight of a tile, from the weights that distance.cl found for each layer.
 
-// `distances`: what is stored of each tile, span and layer.
+// `distances`: the contents for each tile, span and layer.
 typedef struct {
     __global realv *closeness;  // (num_stored, TILE), px, where near; 0 beyond the canvas
     __global real *span_sums;   // (num_spans,), px

@@ -193,7 +193,7 @@ class Fills:
         """Return the fills on a stretched canvas, where each point (x, y) lies at ``factors * (x, y) + offset``.
 
         Ends of axes go with the points. The lines of equal colour of a linear gradient do too, but are no longer at
-        right angles to p1 - p0: of the row g for which t = g . (p - p0), what is left is g / factors, and the p1 that
+        right angles to p1 - p0: of the row g for which t = g . (p - p0), the rest is g / factors, and the p1 that
         has it is p0 + g / |g|^2.
         """
         factors, offset = np.broadcast_to(factors, 2), np.asarray(offset)

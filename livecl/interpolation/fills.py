@@ -127,7 +127,7 @@ def _with_same_stops(a: Fills, b: Fills) -> tuple[Fills, Fills]:
 
 
 def _with_stops(fills: Fills, places: FloatArray, counts: NDArray[np.int64]) -> Fills:
-    """Return a gradient with so many stops at each place, of its colours there; its own stops stay."""
+    """Return a gradient with a number of stops at each place, of its colours there; its own stops stay."""
     rows = []
     for place, count in zip(places.tolist(), counts.tolist(), strict=True):
         own = fills.stop_colors[fills.stop_positions == place]

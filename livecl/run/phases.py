@@ -140,7 +140,7 @@ class Revise:
     Attributes
     ----------
     share : int
-        One layer of so many is replaced, at least one.
+        Layers for each one that is replaced; at least one is.
     min_improvement : float
         Share by which the error must fall.
     merging_loss : float

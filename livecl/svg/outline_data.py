@@ -15,7 +15,7 @@ IntArray = NDArray[np.integer]
 
 #: Most decimals of a coordinate, and what the reader rounds to: beyond it float64 does not hold the largest ones.
 MAX_PRECISION = 9
-#: Shortest line, as a share of the largest coordinate: what is shorter could close a subpath in a reader's eyes.
+#: Shortest line, as a share of the largest coordinate: a shorter one could close a subpath in a reader's eyes.
 SHORTEST = 4e-6
 
 

@@ -67,7 +67,7 @@ class State:
         FREE, KEPT (is not dropped, merged or replaced) or LOCKED (stays as it is), for each layer.
     kept_weight : (H, W) float or None
         Distance weight that earlier stages left (the released program's loss); or 0 where layers will show that a later
-        stage places (placement by structure): what is there now does not follow the picture there.
+        stage places (placement by structure), as those of now do not follow the picture there.
     hidden : (M, 3) bool or None
         Control points that no pixel decides on, which stay where they are (placement by structure).
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Candidates for new paths: which regions are worth one, in which outline, and what is remembered of their trials."""
+"""Candidates for new paths: which regions are worth one, in which outline, and how long their trials are remembered."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Elements of foreign SVG: what is shown, uses and symbols, switches and conditions."""
+"""Elements of foreign SVG: shown and hidden ones, uses and symbols, switches and conditions."""
 
 from __future__ import annotations
 
