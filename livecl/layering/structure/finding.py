@@ -120,25 +120,24 @@ class Structure:
         One path has several parts then, as the artist's own would have.
         """
         regions, found = self.regions, self
-        if not isinstance(regions, SmoothRegions):
-            return self
         rises: dict[frozenset[frozenset[int]], float] = {}
         while len(found.ranked) > most:
-            best: tuple[float, int, int, int] | None = None
+            best: tuple[float, float, int, int, int] | None = None
             looked_at = np.sort(found.ranked[: UNITED_SHARE * most + UNITED_MORE]).tolist()
             for i, lower in enumerate(looked_at):
                 for upper in looked_at[i + 1 :]:
-                    place = found._place_of_both(lower, upper)
-                    if place is None:
-                        continue
                     pair = found.layers[lower].shown, found.layers[upper].shown
                     if (key := frozenset(pair)) not in rises:
                         rises[key] = regions.rise(*pair)
-                    if best is None or rises[key] < best[0]:
-                        best = rises[key], lower, upper, place
+                    lost = rises[key], float(min(found.gains[lower], found.gains[upper]))
+                    if not np.isfinite(lost[0]) or (best is not None and lost >= best[:2]):
+                        continue
+                    place = found._place_of_both(lower, upper)
+                    if place is not None:
+                        best = *lost, lower, upper, place
             if best is None or best[0] > found.gains[found.ranked[-1]]:
                 break
-            found = found._with_both(*best[1:])
+            found = found._with_both(*best[2:])
         return found
 
     def _place_of_both(self, lower: int, upper: int) -> int | None:

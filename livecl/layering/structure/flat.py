@@ -84,6 +84,10 @@ class FlatRegions:
         """Whether two regions have one fill."""
         return bool(self.near(self.colors[a])[b])
 
+    def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
+        """Return by how much the error rises where one fill stands for some regions and others: 0 or infinite."""
+        return 0.0 if all(self.alike(a, b) for a in one for b in other) else np.inf
+
 
 def flatness(image: NDArray[np.floating]) -> tuple[float, float, int]:
     """Return the shares of pixels in flat cores and of small steps (slopes), and how many cores there are: quickly."""

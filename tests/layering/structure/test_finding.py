@@ -79,6 +79,22 @@ def test_layers_of_one_ramp_are_united_where_paths_are_few(device: int) -> None:
     assert found_structure(shaded_bars(device), WHITE, 1, SHADING) is None  # the two ramps are not one
 
 
+def test_flat_shapes_of_one_color_are_one_path_only_where_paths_are_few() -> None:
+    image = np.ones((64, 64, 3), np.float32)
+    image[36:60, 4:60] = (0.1, 0.3, 0.8)
+    for left, size in ((4, 14), (24, 12), (44, 10)):
+        image[8 : 8 + size, left : left + size] = (0.9, 0.2, 0.2)
+    outlines = {2: [1, 3], 3: [1, 1, 2], 4: [1, 1, 1, 1]}  # the smallest are united first
+    for paths, wanted in outlines.items():
+        found = found_structure(image, WHITE, paths)
+        assert found is not None
+        assert sorted(len(found.layers[k].outlines) for k in found.ranked) == wanted
+        if paths == 3:
+            united = next(k for k in found.ranked if len(found.layers[k].outlines) == 2)
+            assert found.masks[united].sum() == pytest.approx(12**2 + 10**2, rel=0.1)
+    assert found_structure(image, WHITE, 1) is None
+
+
 def test_flat_pictures_have_no_gradients() -> None:
     found = found_structure(two_squares(0.9), WHITE, MANY, SHADING)
     assert found is not None
