@@ -18,6 +18,7 @@ WRITTEN = {
     "photograph": {"photograph.svg", "photograph.gif"},
     "custom_loss": {"before.svg", "after.svg"},
     "scipy_optimizer": {"face.svg"},
+    "strokes": {"strokes.svg"},
 }
 
 
@@ -36,7 +37,7 @@ def test_script(name: str, tmp_path: Path) -> None:
             assert read_image(file).std() > 0.1
     assert [file for file in sorted(EXAMPLES.rglob("*")) if "__pycache__" not in file.parts] == files
     improved = re.search(r"MSE (\S+) -> ([^\s:]+)", done.stdout)
-    if name in ("custom_loss", "scipy_optimizer"):
+    if name in ("custom_loss", "scipy_optimizer", "strokes"):
         assert improved is not None
         assert float(improved[2]) < float(improved[1]) / 2
 
