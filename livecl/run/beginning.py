@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -51,8 +51,10 @@ class Beginning:
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
             raise ValueError(f"seed: got {self.seed!r}, wanted a whole number of at least 0")
 
-    def progress(self, image: NDArray[np.float32]) -> Progress:
+    def progress(self, image: NDArray[np.float32], check: Callable[[], None] = lambda: None) -> Progress:
         """Return the progress before the first stage on a picture, (H, W, 3) or (H, W, 4).
+
+        `check` is called while it is found out whether the picture is flat; what it raises ends that.
 
         Raises
         ------
@@ -64,7 +66,7 @@ class Beginning:
             if len(self.lock):
                 raise ValueError("lock: names layers of a drawing; give the drawing as start")
             drawing = empty_drawing(size, background_for(options.background, image))
-            options = placed_by(options, image, drawing, sum(self._stages(options)))
+            options = placed_by(options, image, drawing, sum(self._stages(options)), check)
             return Progress.start(drawing, options, self._stages(options), self.seed)
         if start.size != size:
             raise ValueError(f"start: a canvas of {start.size} px, wanted the picture's {size}")
@@ -88,7 +90,13 @@ class Beginning:
         return parse_schedule(self.schedule, self.paths)
 
 
-def placed_by(options: Options, image: NDArray[np.float32], drawing: Drawing, count: int) -> Options:
+def placed_by(
+    options: Options,
+    image: NDArray[np.float32],
+    drawing: Drawing,
+    count: int,
+    check: Callable[[], None] = lambda: None,
+) -> Options:
     """Return the options with the placement that suits a picture and a number of paths: structure or regions.
 
     Structure where the picture is flat and has not many more shapes: one path paints one shape there.
@@ -101,7 +109,7 @@ def placed_by(options: Options, image: NDArray[np.float32], drawing: Drawing, co
         from livecl.layering.fills import shading_of
         from livecl.layering.structure import structured  # loads SciPy
 
-        if structured(target_over(image, drawing.background), drawing.background, count, shading_of(options)):
+        if structured(target_over(image, drawing.background), drawing.background, count, shading_of(options), check):
             opacity: Literal["opaque", "train"] = "train" if options.opacity == "train" else "opaque"
             return dataclasses.replace(
                 options,

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,7 +15,7 @@ from livecl.errors import LiveclError
 from livecl.run.beginning import Beginning
 from livecl.run.callbacks import OnStep
 from livecl.run.checkpoint import Checkpoints, identity_of, load_checkpoint
-from livecl.run.control import Control, Watch
+from livecl.run.control import Control, Stopped, Watch
 from livecl.run.loop import Loop
 from livecl.run.record import Record
 from livecl.run.result import Result, RunError, Stage
@@ -51,7 +52,12 @@ def vectorize_pixels(
     begin = time.perf_counter()
     control = Control() if control is None else control
     watch = Watch(control)  # its clock starts
-    progress = beginning.progress(image)
+    try:
+        progress = beginning.progress(image, watch.check)
+    except Stopped:  # before it is known how paths are placed: the run ends at once, with nothing to go on from
+        given = dataclasses.replace(beginning.options, placement="region")
+        progress = dataclasses.replace(beginning, options=given).progress(image)
+        control = dataclasses.replace(control, checkpoint=None, resume=False)
     run = Run(image, progress, device, watch.check)
     info = run.rasterizer.device.info
     identity = identity_of(progress, run.target, beginning.seed, info)

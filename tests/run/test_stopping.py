@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from support.runs import SMALL
 
 import livecl
 from livecl import Control, Options, vectorize
 from livecl.options import PRESETS
+from livecl.run.beginning import Beginning
 
 START = livecl.vectorize(SMALL, 2, options=Options(iterations=5, revisions=0)).drawing
 
@@ -50,3 +53,25 @@ def test_all_presets_may_be_stopped(device: int) -> None:
     for name, options in PRESETS.items():
         result = vectorize(SMALL, 2, options=options(), device=device, on_step=lambda step: step.iteration == 3)
         assert result.stopped == "callback" and result.drawing.num_layers, name
+
+
+def test_stopped_while_the_shapes_of_a_flat_picture_are_found(device: int, tmp_path: Path) -> None:
+    image = np.ones((64, 64, 3))
+    for number in range(16):
+        row, column = 4 + 15 * (number // 4), 4 + 15 * (number % 4)
+        image[row : row + 9, column : column + 9] = (0.1, 0.06 * number, 0.5)
+    checks: list[None] = []
+    Beginning(paths=16).progress(image.astype(np.float32), lambda: checks.append(None))
+    assert len(checks) > 16
+    image[0, 0] = 0  # another picture, whose shapes are not known yet
+    asked: list[None] = []
+
+    def stop() -> str | None:
+        asked.append(None)
+        return "enough" if len(asked) >= 5 else None
+
+    checkpoint = tmp_path / "run.checkpoint"
+    result = vectorize(image, 16, device=device, control=Control(stop=stop, checkpoint=checkpoint))
+    assert result.stopped == "enough" and result.drawing.num_layers == 0
+    assert not checkpoint.exists()
+    assert vectorize(image, 16, options=Options(iterations=2), device=device).drawing.num_layers >= 16

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,7 +158,9 @@ def screens(outlines: Outlines, ground: set[int]) -> list[Screen]:
     return found
 
 
-def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], prices: Prices) -> tuple[Pairs, Pairs]:
+def evidence(
+    outlines: Outlines, nodes: list[int], seen_through: list[Screen], prices: Prices, check: Callable[[], None]
+) -> tuple[Pairs, Pairs]:
     """Return who lies in front of whom, (front, behind) to a weight, and what is saved by including a marking.
 
     A marking shares the silhouette of what it lies on: (region, marking) to the saving of one outline around both.
@@ -175,6 +177,7 @@ def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], p
     for_one: Pairs = {}
     markings: Pairs = {}
     for k in nodes:
+        check()
         contour, hull = outlines.outer(k), _hull(outlines.outer(k).points)
         price = outline_price(contour.points, prices)
         for o, facing in outlines.neighbors(k).items():
@@ -188,7 +191,7 @@ def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], p
             own = _junctions(contour, o, hull, outlines.regions.sizes[k], prices)
             own += prices.bulge * _bulge(contour, below) - prices.completion * float(np.clip(saved, 0, 3))
             for_one[k, o] = own
-    for cover, a, b, saved in _relations(outlines, nodes, for_one, prices):
+    for cover, a, b, saved in _relations(outlines, nodes, for_one, prices, check):
         for k in (a, b):
             for_one[k, cover] -= min(prices.relation * saved, prices.most_relation)
     front: Pairs = {}
@@ -209,7 +212,7 @@ def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], p
 
 
 def _relations(
-    outlines: Outlines, nodes: list[int], touching: Pairs, prices: Prices
+    outlines: Outlines, nodes: list[int], touching: Pairs, prices: Prices, check: Callable[[], None]
 ) -> Iterator[tuple[int, int, int, float]]:
     """Yield (cover, region, region, saving): two regions of one colour whose outlines relate below a third."""
     few = few_alike(outlines, nodes)
@@ -218,6 +221,7 @@ def _relations(
         beside = [k for k in few if (k, cover) in touching]
         for a, b in itertools.combinations(beside, 2):
             if same_color(outlines, a, b):
+                check()
                 first, second = outlines.outer(a), outlines.outer(b)
                 found = joined(first, second, below, outlines.room((a, b), below), outlines, prices)
                 if found is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -160,7 +161,11 @@ class Structure:
 
 
 def found_structure(
-    target: NDArray[Any], background: NDArray[Any] | None, most: int, shading: Shading | None = None
+    target: NDArray[Any],
+    background: NDArray[Any] | None,
+    most: int,
+    shading: Shading | None = None,
+    check: Callable[[], None] = lambda: None,
 ) -> Structure | None:
     """Return the structure of a picture; None where none explains it in about as many layers as are wanted.
 
@@ -174,8 +179,10 @@ def found_structure(
         Layers wanted.
     shading : Shading, optional
         Gradients that layers may have; a picture without slopes is flat all the same.
+    check : callable
+        Called several times a second; what it raises ends the search.
     """
-    return _explaining(*_frozen(target, background), most, shading)
+    return _explaining(*_frozen(target, background), most, shading, _Check(check))
 
 
 def structure_of(
@@ -183,7 +190,8 @@ def structure_of(
 ) -> Structure:
     """Return the structure of a picture; that of its flat regions where none explains it. Arguments as above."""
     pixels = _frozen(target, background)
-    return _explaining(*pixels, most, shading) or _flat(*pixels)
+    check = _Check(lambda: None)
+    return _explaining(*pixels, most, shading, check) or _flat(*pixels, check)
 
 
 def _frozen(target: NDArray[Any], background: NDArray[Any] | None) -> tuple[bytes, tuple[int, ...], tuple[float, ...]]:
@@ -192,31 +200,38 @@ def _frozen(target: NDArray[Any], background: NDArray[Any] | None) -> tuple[byte
     return pixels.tobytes(), pixels.shape, ground
 
 
+@dataclasses.dataclass(frozen=True)
+class _Check:
+    """A callback that no result depends on: to a cache all are one."""
+
+    call: Callable[[], None] = dataclasses.field(compare=False)
+
+
 @functools.lru_cache(maxsize=2)
 def _explaining(
-    data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], most: int, shading: Shading | None
+    data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], most: int, shading: Shading | None, check: _Check
 ) -> Structure | None:
     pixels = np.frombuffer(data, np.float32).reshape(shape)
     if noise_level(pixels.astype(np.float64)):
-        flat = _flat(data, shape, ground)
+        flat = _flat(data, shape, ground, check)
         if flat.regions.noise and _many_explained(flat.regions) and (explaining := _judged(flat, most)) is not None:
             return explaining
     share, slopes, cores = flatness(pixels)
     if shading is not None and slopes > SOME_SLOPES:
         regions = smooth_regions(pixels, shading.price * pixels.size, shading.kinds)
         if _many_explained(regions):
-            found = _structure_of(regions, np.array(ground))
+            found = _structure_of(regions, np.array(ground), check)
             if found.shaded and (explaining := _judged(found, most)) is not None:
                 return explaining
     if share < CORE_SHARE or slopes > MOST_SLOPES or cores > _most_regions(shape):
         return None
-    flat = _flat(data, shape, ground)
+    flat = _flat(data, shape, ground, check)
     return _judged(flat, most) if _many_explained(flat.regions) else None
 
 
 @functools.lru_cache(maxsize=2)
-def _flat(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...]) -> Structure:
-    return _structure_of(flat_regions(np.frombuffer(data, np.float32).reshape(shape)), np.array(ground))
+def _flat(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check: _Check) -> Structure:
+    return _structure_of(flat_regions(np.frombuffer(data, np.float32).reshape(shape)), np.array(ground), check)
 
 
 def _most_regions(shape: tuple[int, ...]) -> float:
@@ -244,10 +259,10 @@ def _judged(found: Structure, most: int) -> Structure | None:
     return found if left_out <= MAX_LEFT_OUT * found.top.size * len(found.ground) else None
 
 
-def _structure_of(regions: FlatRegions, ground: FloatArray) -> Structure:
+def _structure_of(regions: FlatRegions, ground: FloatArray, check: _Check) -> Structure:
     from skimage.draw import polygon2mask
 
-    layers, size = find_layers(regions, ground), regions.labels.shape
+    layers, size = find_layers(regions, ground, check.call), regions.labels.shape
     masks = np.zeros((len(layers), *size), bool)
     for mask, layer in zip(masks, layers, strict=True):
         for points in layer.outlines:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,20 +62,26 @@ class _Shape:
         return [(i, c) for i, c in enumerate(self.contours) if not c.is_hole_of(self.contours[0])]
 
 
-def find_layers(regions: FlatRegions, ground: FloatArray, prices: Prices = PRICES) -> list[Layer]:
-    """Return the layers of a flat picture over a ground of a colour (C,), the lowest first."""
+def find_layers(
+    regions: FlatRegions, ground: FloatArray, check: Callable[[], None] = lambda: None, prices: Prices = PRICES
+) -> list[Layer]:
+    """Return the layers of a flat picture over a ground of a colour (C,), the lowest first.
+
+    `check` is called several times a second; what it raises ends the search.
+    """
     outlines = Outlines(regions)
     behind = ground_regions(outlines, ground)
     seen_through = screens(outlines, behind)
     nodes = [k for k in range(outlines.count) if k not in behind]
-    front, markings = evidence(outlines, nodes, seen_through, prices)
+    front, markings = evidence(outlines, nodes, seen_through, prices, check)
     order = paint_order(front, nodes, regions.sizes, [screen.behind for screen in seen_through])
     scene = _Scene(outlines, front, order, prices)
     for k in order:
+        check()
         scene.add(k, {o for (region, o) in markings if region == k and scene.depth[o] > scene.depth[k]})
     for screen in seen_through:
         scene.unite(screen.front, screen.behind)
-    scene.join_all()
+    scene.join_all(check)
     return [Layer(shape, regions.colors[k], frozenset(scene.shapes[k].shown)) for k, shape in scene.whole()]
 
 
@@ -151,7 +157,7 @@ class _Scene:
         against, best = min((self._against(shown, self.depth[k]), self.depth[k]) for k in (a, b))
         return max(0.0, against - apart), best
 
-    def join_all(self) -> None:
+    def join_all(self, check: Callable[[], None]) -> None:
         """Join shapes of one colour, again and again the pair that saves most; then each with itself."""
         few = few_alike(self.outlines, sorted(self.shapes))
         tried: dict[tuple[Contour, ...], tuple[float, int, int, Contour] | None] = {}
@@ -160,6 +166,7 @@ class _Scene:
             place = (0, 0)
             keys = sorted(self.shapes.keys() & set(few), key=lambda k: self.depth[k])
             for i, a in enumerate(keys):
+                check()
                 for b in keys[i + 1 :]:
                     if not same_color(self.outlines, a, b):
                         continue

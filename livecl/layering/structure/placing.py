@@ -78,9 +78,15 @@ class NextLayers:
         return ~points
 
 
-def structured(target: NDArray[Any], background: NDArray[Any] | None, count: int, shading: Shading | None) -> bool:
+def structured(
+    target: NDArray[Any],
+    background: NDArray[Any] | None,
+    count: int,
+    shading: Shading | None,
+    check: Callable[[], None] = lambda: None,
+) -> bool:
     """Whether regions of one fill each explain a picture (H, W, C), and `count` layers show about all of them."""
-    return found_structure(target, background, count, shading) is not None
+    return found_structure(target, background, count, shading, check) is not None
 
 
 def place_structure(
