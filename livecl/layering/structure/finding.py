@@ -130,7 +130,7 @@ class Structure:
                     pair = found.layers[lower].shown, found.layers[upper].shown
                     if (key := frozenset(pair)) not in rises:
                         rises[key] = regions.rise(*pair)
-                    lost = rises[key], float(min(found.gains[lower], found.gains[upper]))
+                    lost = rises[key], float(found.gains[lower] + found.gains[upper])
                     if not np.isfinite(lost[0]) or (best is not None and lost >= best[:2]):
                         continue
                     place = found._place_of_both(lower, upper)
