@@ -44,7 +44,10 @@ def rounded_points(points: FloatArray, following: IntArray, drawn: NDArray[np.bo
     reflected = np.round(2 * points[following, 0] - points[:, 2], precision) + 0.0
     near = (np.abs(points[following, 1] - reflected) <= 1.01 * unit).all(axis=1) & ~straight & ~straight[following]
     near &= (points[:, 2] != points[following, 0]).any(axis=1) & drawn & drawn[following]
+    handles = points[:, 1].copy()
     points[following[near], 1] = reflected[near]
+    turned = straight_segments(points, points[following, 0], precision) & ~straight  # lines by the reflection only
+    points[turned, 1] = handles[turned]
     straight &= ~(
         straight[following] & (following[following] == np.arange(len(points)))
     )  # two lines: readers drop them

@@ -86,6 +86,16 @@ def test_two_lines_to_and_fro_stay_cubics(precision: int) -> None:
     np.testing.assert_array_equal(got.points, quantize(drawing, precision).points)
 
 
+def test_a_reflected_handle_makes_no_line() -> None:
+    """Rounded to whole numbers, (125, 31) would make its cubic a line to within a unit; (126, 32) does not."""
+    third = [[125.3, 28.3], [126, 32.3], [123.3, 35.3]]
+    rows = [[[121.7, 20.3], [122.4, 20.3], [123.2, 20.3]], [[124, 20.3], [123.7, 23.7], [125.3, 25.3]], third]
+    drawing = drawing_of(np.array([*rows, [[123, 38.3], [122.3, 36.7], [121.7, 34.7]]]))
+    held = quantize(drawing, 0)
+    np.testing.assert_array_equal(read_svg(format_svg(drawing, 0).encode()).points, held.points)
+    assert held.points[2].tolist() == [[125, 28], [126, 32], [123, 35]]
+
+
 def test_open_subpaths_are_not_closed_and_their_last_line_is_written() -> None:
     outline = polygon([[1, 2], [11, 2], [11, 8]])
     assert format_outline(outline, 3, is_open=True) == "M1 2h10v6"
