@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.runs import SMALL, new_run, scripted, three_shapes
-from support.shapes import build, rectangle
+from support.shapes import build, circle, rectangle
 
 import livecl
 from livecl import Options, Rasterizer, Step, vectorize
@@ -121,6 +121,21 @@ def test_a_stage_that_finds_nothing_to_place_is_the_last(device: int) -> None:
     )
     run.state.add(drawing, np.arange(1))
     assert not run.begin() and run.revising and not run.finished
+
+
+def test_training_knows_what_structure_has_not_placed_yet_and_what_it_hides(device: int) -> None:
+    # A block over a part of a disc: the block is placed first, and the disc's anchor below it cannot be seen.
+    shapes = [([circle((20, 24), 12)], (0.8, 0.1, 0.1, 1)), ([rectangle(23, 6, 45, 42)], (0.1, 0.3, 0.8, 1))]
+    image = livecl.render(build(shapes, (48, 48)), device)
+    run = new_run(Options(iterations=1, revisions=0, merge=False, opacity="opaque"), (1, 1), device, image)
+    assert run.begin()
+    weight = run.state.kept_weight
+    assert weight is not None and weight[24, 14] == 0 and weight[24, 40] == 1, "the disc is to come"
+    run.end()
+    assert run.begin()
+    assert run.state.kept_weight is not None and run.state.kept_weight.all()
+    assert run.state.hidden is not None and len(run.state.hidden) == run.state.drawing.num_segments
+    assert run.state.hidden.any() and not run.state.hidden.all()
 
 
 def test_new_layers_are_labelled_with_their_stage(device: int) -> None:
