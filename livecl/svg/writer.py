@@ -197,7 +197,7 @@ def _format_paint(drawing: Drawing, layer: int, precision: int, server: PaintSer
     if server is None and rgba[3] < 1:
         paint += f' {name}-opacity="{format_decimal(round(rgba[3] * 1e5), 5)}"'
     if is_stroked:
-        paint = f'fill="none" {paint} {_format_pen(drawing, layer, precision)}'
+        paint = f'fill="none" {paint} {format_pen(drawing, layer, precision)}'
     return paint
 
 
@@ -210,7 +210,7 @@ def _format_data(drawing: Drawing, layer: int, precision: int, cubics: bool) -> 
     return f'd="{data}"'
 
 
-def _format_pen(drawing: Drawing, layer: int, precision: int) -> str:
+def format_pen(drawing: Drawing, layer: int, precision: int) -> str:
     """Width, caps and joins of a stroked layer, as attributes; SVG's defaults are left out."""
     strokes = drawing.strokes
     pen = f'stroke-width="{format_decimal(round(strokes.widths[layer] * 10**precision), precision)}"'

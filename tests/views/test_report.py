@@ -19,10 +19,11 @@ from support.results import NASTY, result_of, sample, sample_drawing, shaded_dra
 
 from livecl import Rasterizer, read_image
 from livecl.drawing.assembly import empty_drawing
+from livecl.drawing.strokes import Strokes
 from livecl.image.background import target_over
 from livecl.image.errors import mse
 from livecl.run.result import Stage
-from livecl.views.report.markup import number, psnr
+from livecl.views.report.markup import drawing_svg, number, psnr
 from livecl.views.report.measures import differences, layer_facts, page_size, with_solid
 from livecl.views.report.page import format_report, write_report
 from livecl.views.report.plot import error_plot
@@ -272,3 +273,16 @@ def test_worth_of_a_gradient_is_that_over_one_colour() -> None:
     for layer in range(3):
         without = rasterizer.forward(drawing.layer_subset([k for k in range(3) if k != layer]))
         assert facts[layer].removed == pytest.approx(mse(without, target))
+
+
+def test_strokes_are_shown_as_lines() -> None:
+    drawing = sample_drawing()
+    strokes = Strokes(widths=[0, 6, 0], caps=[0, 1, 0], is_open=[False, False, True, False])
+    drawing = drawing.replace(strokes=strokes)
+    path = re.findall(r"<path[^>]*>", drawing_svg(drawing, 2, facts=True))[1]
+    assert 'fill="none"' in path and 'stroke="#e64c1a"' in path and 'stroke-opacity="' in path
+    assert 'stroke-width="6"' in path and 'stroke-linecap="round"' in path
+    assert "a line of 6 px" in path
+    data = re.search(r' d="([^"]*)"', path)
+    assert data is not None and "Z" not in data[1]
+    assert len(re.findall(r"-?[\d.]+", data[1])) == 2 + 6 * 3  # four anchors

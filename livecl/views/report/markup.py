@@ -21,7 +21,7 @@ from livecl.drawing.fills import KINDS, LINEAR, RADIAL
 from livecl.drawing.labels import layer_labels
 from livecl.run.result import Stage
 from livecl.svg.servers import format_gradient
-from livecl.svg.writer import quantize
+from livecl.svg.writer import format_pen, quantize
 from livecl.views.sheet import count_of
 
 #: Decimals of coordinates in the page, px: of the finished drawing as it is saved, and of the stages' drawings.
@@ -85,6 +85,9 @@ def drawing_svg(
     labels = layer_labels(drawing) if facts else ("",) * drawing.num_layers
     for layer, label in enumerate(labels):
         paint = f'fill="url(#{gradients[layer]})"' if layer in gradients else solid_paint(saved.colors[layer])
+        if saved.strokes.widths[layer]:
+            paint = f'{paint.replace("fill", "stroke", 1).replace(" fill-", " stroke-")} fill="none"'
+            paint += f" {format_pen(saved, layer, precision)}"
         said = f' data-facts="{text(f"{label} · {fill_of(saved, layer)}")}"' if facts else ""
         paths.append(f'<path {paint}{said} d="{_path_data(drawing, layer, precision)}"/>')
     return (
@@ -100,11 +103,12 @@ def solid_paint(rgba: NDArray[np.float64]) -> str:
 
 def fill_of(drawing: Drawing, layer: int) -> str:
     """Return a layer's fill in words: ``#ff8800``, with its opacity where that is below 1; or a gradient's stops."""
-    fills = drawing.fills
+    fills, width = drawing.fills, drawing.strokes.widths[layer]
+    pen = f", a line of {width:.4g} px" if width else ""
     if not fills.kinds[layer]:
-        return color_of(drawing.colors[layer])
+        return color_of(drawing.colors[layer]) + pen
     stops = " to ".join(color_of(rgba) for rgba in fills.stop_colors[fills.stops(layer)])
-    return f"{KINDS[fills.kinds[layer]]}, {stops}"
+    return f"{KINDS[fills.kinds[layer]]}, {stops}{pen}"
 
 
 def color_of(rgba: NDArray[np.float64]) -> str:
@@ -173,10 +177,13 @@ def stage_strip(stages: Sequence[Stage], differences: Sequence[str]) -> str:
 
 def _path_data(drawing: Drawing, layer: int, precision: int) -> str:
     parts = []
-    for subpath in drawing.subpaths(layer):
+    first = drawing.layer_offsets[layer]
+    for index, subpath in enumerate(drawing.subpaths(layer), start=first):
         points = drawing.points[subpath].reshape(-1, 2)
-        x, y, *others = (number(value, precision) for value in [*points.ravel(), *points[0]])
-        parts.append(f"M{x} {y}C{' '.join(others)}Z")
+        is_open = drawing.strokes.is_open[index]  # the last row is then the end of the line, without handles
+        row = points[:-2] if is_open else np.concatenate([points, points[:1]])
+        x, y, *others = (number(value, precision) for value in row.ravel())
+        parts.append(f"M{x} {y}C{' '.join(others)}{'' if is_open else 'Z'}")
     return "".join(parts)
 
 

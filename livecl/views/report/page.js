@@ -66,9 +66,11 @@
     }
   }
 
+  const paintOf = (path) => path.getAttribute("stroke") || path.getAttribute("fill");
+
   // A gradient in a swatch has the layer's stops, and goes across the square or from its middle to its corners.
   function swatchGradient(path, square) {
-    const [, id] = path.getAttribute("fill").match(/^url\(#(.*)\)$/) || [];
+    const [, id] = paintOf(path).match(/^url\(#(.*)\)$/) || [];
     if (!id) return [];
     const own = document.getElementById(id).cloneNode(true);
     const places = own.localName === "linearGradient"
@@ -87,8 +89,8 @@
     const swatch = document.createElementNS(SVG, "svg"), square = document.createElementNS(SVG, "rect");
     swatch.setAttribute("class", "swatch");
     for (const name of ["width", "height"]) square.setAttribute(name, "100%");
-    square.setAttribute("fill", path.getAttribute("fill"));
-    square.setAttribute("fill-opacity", path.getAttribute("fill-opacity") || "1");
+    square.setAttribute("fill", paintOf(path));
+    square.setAttribute("fill-opacity", path.getAttribute("fill-opacity") || path.getAttribute("stroke-opacity") || "1");
     swatch.setAttribute("aria-hidden", "true");
     swatch.append(...swatchGradient(path, square), square);
     facts.append(swatch, row ? ` ${row.dataset.facts}` : ` ${path.dataset.facts} after stage ${state.stage}`);
