@@ -25,6 +25,8 @@ NUM_POINTS = (0, 2, 3)
 def facts(result: Result, recipe: Recipe) -> dict[str, Any]:
     """Return the content of ``--json``: size, options, error, layers (bottom first) and stages.
 
+    A layer with a stroke width, px, is a line of its fill; others have 0.
+
     Seconds are without compilation, which stands apart.
     """
     drawing = result.drawing
@@ -49,6 +51,7 @@ def facts(result: Result, recipe: Recipe) -> dict[str, Any]:
                 "label": label,
                 "shape": shapes[layer].tag if layer in shapes else "path",
                 "fill": _fill(drawing, layer),
+                "stroke_width": float(drawing.strokes.widths[layer]),
                 "nodes": int(nodes),
                 "subpaths": int(subpaths),
                 "stage": int(stage) + 1,

@@ -10,11 +10,13 @@ from support.results import result_of, shaded_drawing
 
 from livecl import Rasterizer
 from livecl.cli.facts import facts
+from livecl.drawing.strokes import Strokes
 from livecl.run.recipe import Recipe
 
 
 def test_fills_are_kinds_points_and_stops() -> None:
-    drawing = shaded_drawing()
+    strokes = Strokes(widths=[0, 6, 0], is_open=[False] * 4)
+    drawing = shaded_drawing().replace(strokes=strokes)
     result = result_of(drawing, Rasterizer(drawing.size).forward(drawing))
     said = json.loads(json.dumps(facts(result, Recipe(schedule=(3,), options=result.options))))
     fills = [layer["fill"] for layer in said["layers"]]
@@ -26,5 +28,6 @@ def test_fills_are_kinds_points_and_stops() -> None:
         {"position": 0, "color": "#ffcc00", "opacity": 1},
         {"position": 1, "color": "#ff0000", "opacity": 0.4},
     ]
+    assert [layer["stroke_width"] for layer in said["layers"]] == [0, 6, 0]
     assert said["layers"][2]["label"] == drawing.labels[2]
     assert np.isfinite(said["mse"])
