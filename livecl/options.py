@@ -137,9 +137,10 @@ class Options:
         "Whether the opacity of fills is trained, and becomes 1 where it is above 0.9 in the second half of a "
         "stage; is trained only; or stays at that of new paths",
     )
-    fills: Literal["solid", "auto", "linear", "radial"] = _option(
+    fills: Literal["auto", "solid", "linear", "radial"] = _option(
         "solid",
-        "What may fill a layer: one colour; or a gradient too, of either or of one kind, where it is worth a path",
+        "What may fill a layer: one colour, or a gradient where that is worth the numbers that describe it, of either "
+        "or of one kind",
     )
     strokes: Literal["off", "auto", "only"] = _option(
         "off",

@@ -21,9 +21,8 @@ class Step:
 
     Attributes
     ----------
-    kind : "refine", "grow", "shade" or "revise"
-        Kind of the stage: it trains the start drawing, adds paths, gives layers gradients, or
-        replaces the least useful ones.
+    kind : "refine", "grow" or "revise"
+        Kind of the stage: it trains the start drawing, adds paths, or replaces the least useful ones.
     stage, num_stages : int
         Stage under way, from 0 on, and how many are planned: those of the schedule, then revisions. Some may be left
         out.
@@ -48,8 +47,6 @@ class Step:
     def name(self) -> str:
         """Name of the stage under way: "stage 2/4" or "revision 1"."""
         scheduled = len(self._run.progress.schedule)
-        if self.kind == "shade":
-            return "gradients"
         if self.kind == "revise":
             return f"revision {self.stage - self.num_stages + self._run.state.options.revisions + 1}"
         return f"stage {self.stage + 1}/{scheduled}"

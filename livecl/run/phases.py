@@ -22,7 +22,7 @@ from livecl.layering.strokes import find_strokes
 from livecl.run.work import Work
 from livecl.training.state import FREE, KEPT
 
-Kind = Literal["refine", "stroke", "grow", "shade", "revise"]
+Kind = Literal["refine", "stroke", "grow", "revise"]
 
 
 class Phase(Protocol):
@@ -107,28 +107,6 @@ class Grow:
 
 
 @dataclasses.dataclass(frozen=True)
-class Shade:
-    """Give layers the fills that are worth most to them, and train them; kept if the error falls."""
-
-    kind: ClassVar[Kind] = "shade"
-
-    def begin(self, run: Work) -> bool:
-        """Start fills from least squares; False where no layer has another one."""
-        state = run.state
-        drawing = shaded(run, state.drawing, state.free)
-        if drawing is state.drawing:
-            state.stage += 1
-            return False
-        run.remember()
-        state.replace_fills(drawing)
-        return True
-
-    def end(self, run: Work) -> bool:
-        """Keep the better drawing."""
-        return run.keep_if_better()
-
-
-@dataclasses.dataclass(frozen=True)
 class Revise:
     """Merge neighbours of one colour, place the least useful layers anew; kept if the error falls by enough.
 
@@ -173,6 +151,8 @@ class Revise:
         missing = run.progress.asked - int(np.sum(state.holds == FREE))
         if missing:
             place(run, missing, int(state.drawing.stages.max(initial=0)))
+        if not self.number:  # layers have been trained: what is worth a gradient may be another than when it was placed
+            fill(run, state.free)
         return True
 
     def end(self, run: Work) -> bool:
@@ -191,10 +171,10 @@ class Revise:
         return order[start : start + count]
 
 
-def plan_of(schedule: Sequence[int], revisions: int, fills: str = "solid", strokes: str = "off") -> tuple[Phase, ...]:
+def plan_of(schedule: Sequence[int], revisions: int, strokes: str = "off") -> tuple[Phase, ...]:
     """Return the phases of a run.
 
-    One for each stage of the schedule, of which 0 refines, then shading, then revisions; strokes are drawn before paths
+    One for each stage of the schedule, of which 0 refines, then revisions; strokes are drawn before paths
     are added, or in place of them.
     """
     stages: list[Phase] = [Grow(count) if count else Refine() for count in schedule]
@@ -203,8 +183,6 @@ def plan_of(schedule: Sequence[int], revisions: int, fills: str = "solid", strok
         stages.insert(first, Stroke())
         if strokes == "only":
             return tuple(stages[: first + 1])
-    if fills != "solid":
-        stages.append(Shade())
     return (*stages, *(Revise(number) for number in range(revisions)))
 
 
@@ -215,8 +193,17 @@ def place(run: Work, count: int, stage: int) -> int:
     placed = placement.drawing.num_layers
     if placed:
         state.add(placement.drawing.replace(stages=np.full(placed, stage)), placement.order)
+        if run.options.placement == "region":
+            fill(run, placement.order >= state.drawing.num_layers - placed)
         if placement.weight is not None:
             state.kept_weight = placement.weight
         if placement.hidden_points is not None:
             state.hidden = placement.hidden_points(state.drawing)
     return placed
+
+
+def fill(run: Work, layers: NDArray[np.bool_]) -> None:
+    """Give some layers, (N,) bool, the fills that are worth most to them."""
+    drawing = shaded(run, run.state.drawing, layers)
+    if drawing is not run.state.drawing:
+        run.state.replace_fills(drawing)

@@ -40,7 +40,7 @@ class Run(Work):
         check: Callable[[], None] = lambda: None,
     ) -> None:
         super().__init__(image, progress, device, check)
-        self.plan = plan_of(progress.schedule, self.options.revisions, self.options.fills, self.options.strokes)
+        self.plan = plan_of(progress.schedule, self.options.revisions, self.options.strokes)
 
     def warm_up(self) -> None:
         """Compile the kernels of a step: runtimes compile a kernel when it is first launched."""

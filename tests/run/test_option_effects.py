@@ -193,7 +193,7 @@ EFFECTS: dict[str, Effect] = {
         Options.paper(iterations=30), {"opacity": "opaque"}, lambda run: run.drawing.colors[:, 3].min(), 1
     ),
     # Of five random loops, the released program has the Xing loss look at the newest only.
-    "fills": Effect(Options(iterations=30, revisions=0), {"fills": "auto"}, mse, -1, image=RAMP),
+    "fills": Effect(Options(iterations=30, revisions=0, fills="solid"), {"fills": "auto"}, mse, -1, image=RAMP),
     "strokes": Effect(
         QUICK, {"strokes": "only"}, lambda run: (run.drawing.strokes.widths > 0).sum(), 1, render(DRAWINGS["star"])
     ),

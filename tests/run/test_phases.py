@@ -16,7 +16,7 @@ from livecl import Options, Rasterizer, Step, vectorize
 from livecl.drawing import Fills
 from livecl.image.reading import premultiplied
 from livecl.run.loop import train
-from livecl.run.phases import Grow, Refine, Revise, Shade, place, plan_of
+from livecl.run.phases import Grow, Refine, Revise, fill, place, plan_of
 from livecl.run.progress import Progress
 from livecl.run.run import Run
 from livecl.views.course import Course
@@ -31,7 +31,6 @@ def end_of_phase(run: Run) -> bool:
 
 def test_the_plan_of_a_schedule() -> None:
     assert plan_of((0, 2, 3), 2) == (Refine(), Grow(2), Grow(3), Revise(0), Revise(1))
-    assert plan_of((2,), 1, "auto") == (Grow(2), Shade(), Revise(0))
     assert [phase.kind for phase in plan_of((0, 1), 1)] == ["refine", "grow", "revise"]
 
 
@@ -90,28 +89,16 @@ def test_no_path_worth_placing_leaves_out_the_stages_left(place: int, device: in
     assert {step.stage for step in steps if step.kind == "revise"} <= {3} and len(result.stages) == 1
 
 
-@pytest.mark.parametrize(("before", "after", "kept"), [(0.2, 0.1, True), (0.1, 0.2, False)])
-def test_fills_are_kept_if_they_lower_the_error(
-    before: float, after: float, kept: bool, device: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_layers_that_may_change_get_gradients(device: int) -> None:
     plain = build([([rectangle(2, 2, 22, 22)], (0.5, 0.5, 0.5, 1))], (24, 24))
     fade = Fills.linear((2, 0), (22, 0), [(0, 0, 0, 1), (1, 1, 1, 1)])
     run = new_run(Options(iterations=1, fills="auto"), (1,), device, livecl.render(plain.replace(fills=fade), device))
     run.state.add(plain, np.arange(1))
-    run.state.stage = 1
-    assert run.phase == Shade()
-    assert run.begin() and run.state.drawing.fills.any_gradients
-    scripted(run, [after, before], monkeypatch)
-    assert run.end() == kept
-    assert run.state.drawing.fills.any_gradients == kept and run.state.stage == 2
-
-
-def test_shading_is_left_out_where_no_layer_gets_another_fill(device: int) -> None:
-    plain = build([([rectangle(2, 2, 22, 22)], (0.5, 0.5, 0.5, 1))], (24, 24))
-    run = new_run(Options(iterations=1, fills="auto"), (1,), device, livecl.render(plain, device))
-    run.state.add(plain, np.arange(1))
-    run.state.stage = 1
-    assert not run.begin() and run.state.stage == 2 and not run.progress.placed
+    fill(run, np.zeros(1, bool))
+    assert not run.state.drawing.fills.any_gradients
+    fill(run, np.ones(1, bool))
+    assert run.state.drawing.fills.any_gradients
+    assert run.state.fills.geometry.mean.shape == (1, 3, 2) and run.state.fills.stops.mean.shape == (2, 5)
 
 
 def test_a_stage_that_finds_nothing_to_place_is_the_last(device: int) -> None:

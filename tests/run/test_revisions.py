@@ -66,7 +66,8 @@ def test_a_revision_replaces_the_least_useful_layer_and_after_failures_the_next(
     run.progress.failures = failures
     assert run.begin()
     drawing = run.state.drawing
-    kept = [k for k in range(4) if any(np.array_equal(before.colors[k], color) for color in drawing.colors)]
+    outlines = [[each.cubics[each.segment_layers == k] for k in range(4)] for each in (before, drawing)]
+    kept = [k for k, own in enumerate(outlines[0]) if any(np.array_equal(own, outline) for outline in outlines[1])]
     assert sorted(set(range(4)) - set(kept)) == [order[failures]]
     assert drawing.num_layers == 4, "one is placed for the one taken out"
     assert drawing.stages.max() == 1

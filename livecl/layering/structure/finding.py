@@ -14,7 +14,7 @@ from scipy import ndimage
 
 from livecl.drawing.fills import SOLID, Fills
 from livecl.layering.ramps import Shading
-from livecl.layering.structure.flat import FlatRegions, flat_regions, flatness
+from livecl.layering.structure.flat import SAME_COLOR, FlatRegions, flat_regions, flatness
 from livecl.layering.structure.layers import Layer, find_layers
 from livecl.layering.structure.noise import noise_level
 from livecl.layering.structure.smooth import SmoothRegions, smooth_regions
@@ -44,6 +44,8 @@ MAX_LEFT_OUT = 5e-4
 SOME_SLOPES = 0.004
 #: Squared error that a layer must remove, in channels of a pixel that are wholly wrong; or pixels that must show it.
 LEAST_GAIN, LEAST_PIXELS = 3.0, 64
+#: Share of a layer that must lie within another one to become a hole of it.
+INSIDE = 0.98
 #: Layers beyond the number wanted, as a share of it and more, that are looked at for uniting.
 UNITED_SHARE, UNITED_MORE = 2, 12
 
@@ -123,6 +125,9 @@ class Structure:
         regions, found = self.regions, self
         rises: dict[frozenset[frozenset[int]], float] = {}
         while len(found.ranked) > most:
+            if isinstance(regions, SmoothRegions) and (opened := found._with_a_hole()) is not None:
+                found = opened
+                continue
             best: tuple[float, float, int, int, int] | None = None
             looked_at = np.sort(found.ranked[: UNITED_SHARE * most + UNITED_MORE]).tolist()
             for i, lower in enumerate(looked_at):
@@ -140,6 +145,22 @@ class Structure:
                 break
             found = found._with_both(*best[2:])
         return found
+
+    def _with_a_hole(self) -> Structure | None:
+        """Cut a layer of the ground's colour out of the one that it lies on: a hole, where that lies on the ground."""
+        for layer in self.ranked[::-1].tolist():
+            own = self.masks[layer]
+            if np.abs(self.layers[layer].color - self.ground).max() > SAME_COLOR or self.fills_of(layer).any_gradients:
+                continue
+            below = [k for k in range(layer) if (self.masks[k] & own).any()]
+            if len(below) == 1 and np.count_nonzero(self.masks[below[0]] & own) >= INSIDE * np.count_nonzero(own):
+                around, layers, masks = below[0], list(self.layers), self.masks.copy()
+                holes = [points[::-1] for points in layers[layer].outlines]
+                layers[around] = dataclasses.replace(layers[around], outlines=[*layers[around].outlines, *holes])
+                masks[around] &= ~own
+                del layers[layer]
+                return Structure.of(self.regions, layers, self.ground, np.delete(masks, layer, axis=0))
+        return None
 
     def _place_of_both(self, lower: int, upper: int) -> int | None:
         """Return which of two layers' places both may have; None where what lies between overlaps either."""

@@ -124,15 +124,16 @@ class SmoothRegions(FlatRegions):
 
     def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
         """Return by how much error and price of one fill for some regions and others exceed those of two fills."""
-        moments = self._affine(one) + self._affine(other)
-        apart = self.error(one) + self.error(other) + 3 * ONE_FILL * moments[0, 0]
-        # An affine ramp is quickly fitted; where it is far off, so are bent and round ones..
-        matrix = moments[:3, :3] + 1e-6 * np.eye(3)
-        affine = np.trace(moments[3:, 3:] - moments[3:, :3] @ np.linalg.solve(matrix, moments[:3, 3:]))
-        if affine - apart > 3 * ROUGHLY * moments[0, 0]:
-            return np.inf
+        moments = self._affine(one), self._affine(other)
+        count = float(moments[0][0, 0] + moments[1][0, 0])
+        apart = self.error(one) + self.error(other) + 3 * ONE_FILL * count
+        # Affine ramps are quickly fitted. Where one for both is as good as two fills, no other is looked for; where it
+        # is much worse than one for each, bent and round ones for both are no better.
+        affine = _affine_error(moments[0] + moments[1])
         if affine <= apart:
-            return float(affine - apart)
+            return affine - apart
+        if affine - sum(map(_affine_error, moments)) > 3 * ROUGHLY * count:
+            return np.inf
         return self.error(one | other) - apart
 
 
@@ -164,6 +165,12 @@ def straight(pixels: FloatArray) -> FloatArray:
         return np.column_stack([pixels, np.ones(len(pixels))])
     alpha = pixels[:, 3:]
     return np.concatenate([np.clip(pixels[:, :3] / np.maximum(alpha, 1e-3), 0, 1), alpha], axis=1)
+
+
+def _affine_error(moments: FloatArray) -> float:
+    """Return the squared error of the best affine ramp, from sums of products of (1, x, y, straight RGBA)."""
+    matrix = moments[:3, :3] + 1e-6 * np.eye(3)
+    return float(np.trace(moments[3:, 3:] - moments[3:, :3] @ np.linalg.solve(matrix, moments[:3, 3:])))
 
 
 def premultiplied(rgba: FloatArray) -> FloatArray:
