@@ -187,6 +187,8 @@ def _refining(options: Options, iterations: int) -> Options:
         learning_rate=REFINING_RATE * options.learning_rate,
         revisions=0,
         merge=False,
+        simplify=False,  # each drawing keeps the segments of the one before
+        primitives=False,
         prune=0.0,
         path_gain=0.0,
         target_mse=0.0,

@@ -100,8 +100,8 @@ def test_large_pictures_are_worked_on_small(folder: Path, capsys: pytest.Capture
 def test_precision_and_layers(folder: Path) -> None:
     arguments = ["in/picture-0.png", "-o", "out.svg", *SHORT]
     assert cli.main([*arguments, "--precision", "0"]) == 0
-    points = livecl.read_svg("out.svg").points
-    np.testing.assert_array_equal(points, np.round(points))
+    anchors = livecl.read_svg("out.svg").points[:, 0]  # handles of straight sides lie at their thirds
+    np.testing.assert_array_equal(anchors, np.round(anchors))
     assert "inkscape" in Path("out.svg").read_text(encoding="utf-8")
     assert cli.main([*arguments, "--layers", "plain"]) == 0
     assert "inkscape" not in Path("out.svg").read_text(encoding="utf-8")
