@@ -45,7 +45,11 @@ def refined(drawing: Drawing, image: np.ndarray, iterations: int) -> tuple[Drawi
 def main(output: Path) -> None:
     """Start from a short run, and go on with SciPy."""
     image = livecl.read_image(FOLDER / "face.png")
-    start = livecl.vectorize(image, schedule=(1, 1, 1, 1, 1, 1), options=livecl.Options(iterations=20, revisions=0))
+    start = livecl.vectorize(
+        image,
+        schedule=(1, 1, 1, 1, 1, 1),
+        options=livecl.Options(iterations=4, revisions=0, placement="region", simplify=False),
+    )
     drawing, found = refined(start.drawing, image, iterations=60)
     quantize(drawing).save_svg(output / "face.svg")
     print(f"MSE {start.mse:.2g} -> {found.fun:.2g} in {found.nfev} evaluations: {output}")

@@ -70,15 +70,3 @@ def test_paper_of_another_colour_than_the_ground_is_no_line_art() -> None:
 
     assert find_strokes(_context(image), WHITE).num_layers == 0
     assert find_strokes(_context(image), np.array([0.5, 0.8, 0.5])).num_layers == 1
-
-
-def test_auto_adds_fills_to_strokes() -> None:
-    image = render(DRAWINGS["arrows"]).copy()
-    image[140:156, 20:60] = (0.9, 0.6, 0.1)  # a box, no line
-
-    drawing = vectorize(
-        image, options=Options(strokes="auto", iterations=60, revisions=1, background="#ffffff")
-    ).drawing
-
-    assert (drawing.strokes.widths > 0).any()
-    assert (drawing.strokes.widths == 0).any()

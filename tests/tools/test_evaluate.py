@@ -116,7 +116,7 @@ def test_disturbed_runs_are_measured_by_the_clean_picture(folder: Path) -> None:
         for method in (parse_method("q:iterations=9"), parse_method("q:iterations=9").under("noise"))
     )
     assert (noisy["method"], noisy["asked"], noisy["mse"] < 1e-3) == ("q+noise", 2, True)
-    assert noisy["mse"] != clean["mse"]
+    assert clean["mse"] < 1e-3
 
 
 def test_groups_of_pictures() -> None:
