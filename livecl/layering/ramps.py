@@ -15,19 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.fills import KINDS, LINEAR, RADIAL, SOLID, Fills, place_of, stop_colors_at
+from livecl.layering.stops import STOP_NUMBERS, Pixels, even_hats, fit_ramp, fit_stops
 
 FloatArray = NDArray[np.float64]
 
 #: Numbers of a layer of one colour and four segments: `Options.prune` buys these.
 LAYER_NUMBERS = 28
-#: Numbers that describe the geometry of each kind, by kind; those of one colour, and of a stop.
-GEOMETRY_NUMBERS, COLOR_NUMBERS, STOP_NUMBERS = (0, 4, 6), 4, 5
+#: Numbers that describe the geometry of each kind, by kind; those of one colour.
+GEOMETRY_NUMBERS, COLOR_NUMBERS = (0, 4, 6), 4
 #: Most pixels that a fit looks at, and that the search for a geometry looks at.
 MAX_PIXELS, SEARCH_PIXELS = 4000, 400
-#: Knots of the ramp by which geometries are compared, and bins of it that pixels are added up in.
-KNOTS, BINS = 7, 96
-#: Most stops of a gradient; places tried for a new one, and rounds of a finer search about the best.
-MOST_STOPS, PLACES, REFINEMENTS = 6, 11, 3
 #: Mean squared error, of a channel, at which a fit is as good as one can be: a third of a level of 255, and a little.
 NOISE = (0.45 / 255) ** 2
 #: Centres tried along each axis for radial gradients, the reach of the grid in sides of the region's box, and the
@@ -129,7 +126,7 @@ def fit_paint(
     which stops are left out while that costs less than they do.
     """
     step = -(-len(points) // MAX_PIXELS)
-    pixels = _Pixels(points[::step], colors[::step], weights[::step] * step)
+    pixels = Pixels(points[::step], colors[::step], weights[::step] * step)
     best = _solid(pixels)
     enough = NOISE * 3 * pixels.weights.sum()
     for kind in ("linear", "radial"):
@@ -141,100 +138,22 @@ def fit_paint(
     return best
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Pixels:
-    """Pixel centres (n, 2), straight RGBA (n, 4), and weights (n,)."""
-
-    points: FloatArray
-    colors: FloatArray
-    weights: FloatArray
-
-    def thinned(self, most: int) -> _Pixels:
-        step = -(-len(self.points) // most)
-        return _Pixels(self.points[::step], self.colors[::step], self.weights[::step] * step)
-
-
-def _solid(pixels: _Pixels) -> Paint:
+def _solid(pixels: Pixels) -> Paint:
     color = np.clip(np.average(pixels.colors, axis=0, weights=pixels.weights), 0, 1)
     error = float(pixels.weights @ np.square(pixels.colors - color).sum(axis=1))
     return Paint(SOLID, color, np.zeros((3, 2)), np.zeros(0), np.zeros((0, 4)), error)
 
 
-def _ramp(t: FloatArray, pixels: _Pixels, price: float) -> tuple[FloatArray, FloatArray]:
-    """Return places and colours of the stops of a ramp over t, by least squares: each more stop where it is worth it.
-
-    Decided on pixels added up in bins of t; a new stop goes where it helps most, and is moved from there.
-    """
-    low, high = float(t.min()), float(t.max())
-    few = _binned(t, pixels)
-    knots = np.array([low, high])
-    error = float(_fitted(_hats(knots[None], few[0]), *few[1:])[0][0])
-    while len(knots) < MOST_STOPS:
-        center, width = (low + high) / 2, (high - low) / 2
-        best, place = np.inf, center
-        for _ in range(REFINEMENTS):
-            places = np.clip(center + width * np.linspace(-1, 1, PLACES), low, high)
-            trials = np.sort(np.column_stack([np.tile(knots, (PLACES, 1)), places]), axis=1)
-            errors = _fitted(_hats(trials, few[0]), *few[1:])[0]
-            if errors.min() < best:
-                best, place = float(errors.min()), float(places[np.argmin(errors)])
-            center, width = place, 2 * width / (PLACES - 1)
-        if error - best <= STOP_NUMBERS * price:
-            break
-        error, knots = best, np.sort(np.append(knots, place))
-    return knots, np.clip(_fitted(_hats(knots[None], t), pixels.weights, pixels.colors)[1][0], 0, 1)
-
-
-def _binned(t: FloatArray, pixels: _Pixels) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return mean place, weight and mean colour of the bins of t that hold pixels."""
-    low, high = float(t.min()), float(t.max())
-    at = np.minimum(((t - low) * (BINS / max(high - low, 1e-12))).astype(np.int64), BINS - 1)
-    shares = np.bincount(at, pixels.weights, BINS)
-    used = shares > 0
-    sums = np.stack([np.bincount(at, pixels.weights * c, BINS) for c in (t, *pixels.colors.T)], axis=1)
-    means = sums[used] / shares[used, None]
-    return means[:, 0], np.asarray(shares[used], dtype=np.float64), means[:, 1:]
-
-
-def _hats(knots: FloatArray, places: FloatArray) -> FloatArray:
-    """Return the shares of the stops at knots (G, K) in the colours of linear ramps at places (m,): (G, m, K)."""
-    rise = (places[None, :, None] - knots[:, None, :-1]) / np.maximum(np.diff(knots), 1e-12)[:, None]
-    rise = np.clip(rise, 0, 1)  # of each piece, how much of it lies behind
-    ends = np.zeros((*rise.shape[:2], 1))
-    return np.asarray(np.concatenate([ends + 1, rise], axis=2) - np.concatenate([rise, ends], axis=2))
-
-
-def _even_hats(t: FloatArray) -> FloatArray:
-    """Return the shares of evenly placed stops at places t (G, m): (G, m, KNOTS)."""
-    low, high = t.min(axis=1, keepdims=True), t.max(axis=1, keepdims=True)
-    at = (t - low) * ((KNOTS - 1) / np.maximum(high - low, 1e-12))
-    return np.asarray(np.clip(1 - np.abs(at[..., None] - np.arange(KNOTS)), 0, 1))
-
-
-def _fitted(hats: FloatArray, weights: FloatArray, colors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Fit stops to colours (m, 4) by least squares: errors (G,), and colours of the stops (G, K, 4)."""
-    middle = weights @ colors / weights.sum()
-    offset = colors - middle
-    turned = hats.transpose(0, 2, 1) * weights  # (G, K, m)
-    gram = turned @ hats + 1e-6 * weights.sum() * np.eye(
-        hats.shape[2]
-    )  # knots that no pixel is near keep to the middle
-    sums = turned @ offset
-    stops = np.linalg.solve(gram, sums)
-    left = weights @ np.square(offset).sum(axis=1) - (stops * sums).sum(axis=(1, 2))
-    return np.asarray(left), middle + stops
-
-
-def _painted(kind: int, geometry: FloatArray, pixels: _Pixels, price: float) -> Paint:
+def _painted(kind: int, geometry: FloatArray, pixels: Pixels, price: float) -> Paint:
     """Return the gradient of a geometry, by least squares, and its error."""
-    positions, stops = _ramp(place_of(kind, geometry, pixels.points), pixels, price)
+    positions, stops = fit_ramp(place_of(kind, geometry, pixels.points), pixels, price)
     positions = np.clip(positions, 0, 1)
     paint = Paint(kind, stops.mean(axis=0), geometry, positions, stops, 0.0)
     error = float(pixels.weights @ np.square(pixels.colors - paint.at(pixels.points)).sum(axis=1))
     return dataclasses.replace(paint, color=_solid(pixels).color, error=error)
 
 
-def _linear(pixels: _Pixels, price: float) -> list[Paint]:
+def _linear(pixels: Pixels, price: float) -> list[Paint]:
     points, weights = pixels.points, pixels.weights
     center = np.average(points, axis=0, weights=weights)
     offset = points - center
@@ -253,7 +172,7 @@ def _linear(pixels: _Pixels, price: float) -> list[Paint]:
 
     def errors(angles: FloatArray) -> FloatArray:
         t = np.stack([np.cos(angles[:, 0]), np.sin(angles[:, 0])], axis=1) @ (few.points - center).T
-        return _fitted(_even_hats(t), few.weights, few.colors)[0]
+        return fit_stops(even_hats(t), few.weights, few.colors)[0]
 
     start = np.array([np.arctan2(direction[1], direction[0])])
     angle = _pattern_search(errors, start, np.array([0.2]), 0.01)[0]
@@ -265,7 +184,7 @@ def _linear(pixels: _Pixels, price: float) -> list[Paint]:
     return [_painted(LINEAR, np.array([*ends, (0.0, 0.0)]), pixels, price)]
 
 
-def _radial(pixels: _Pixels, price: float) -> list[Paint]:
+def _radial(pixels: Pixels, price: float) -> list[Paint]:
     """Return the best gradient around a circle's centre, and around an ellipse's."""
     low, high = pixels.points.min(axis=0), pixels.points.max(axis=0)
     span, few = np.maximum(high - low, 1.0), pixels.thinned(SEARCH_PIXELS)
@@ -275,7 +194,7 @@ def _radial(pixels: _Pixels, price: float) -> list[Paint]:
     def errors(shapes: FloatArray) -> FloatArray:
         offset = few.points - shapes[:, None, :2]
         t = np.linalg.norm(offset @ np.stack([_round(shape) for shape in shapes]), axis=2)
-        return _fitted(_even_hats(t), few.weights, few.colors)[0]
+        return fit_stops(even_hats(t), few.weights, few.colors)[0]
 
     def best(shapes: FloatArray) -> FloatArray:
         return np.asarray(shapes[np.argmin(errors(shapes))])
@@ -297,7 +216,7 @@ def _radial(pixels: _Pixels, price: float) -> list[Paint]:
     ]
 
 
-def _quadric(pixels: _Pixels) -> list[FloatArray]:
+def _quadric(pixels: Pixels) -> list[FloatArray]:
     """Return the ellipse whose like the level lines of the colours' quadratic regression are, if they are ellipses.
 
     The colours are those along their principal axis: s = q(p), q = (p - c)^T Q (p - c) + a constant.

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Stops of a gradient by least squares: the colours at knots of a linear ramp, and how many knots are worth it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+#: Numbers that describe a stop: its place and RGBA.
+STOP_NUMBERS = 5
+#: Knots of the ramp by which geometries are compared, and bins of it that pixels are added up in.
+KNOTS, BINS = 7, 96
+#: Most stops of a gradient; places tried for a new one, and rounds of a finer search about the best.
+MOST_STOPS, PLACES, REFINEMENTS = 6, 11, 3
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Pixels:
+    """Pixel centres (n, 2), straight RGBA (n, 4), and weights (n,)."""
+
+    points: FloatArray
+    colors: FloatArray
+    weights: FloatArray
+
+    def thinned(self, most: int) -> Pixels:
+        """Return about `most` of the pixels at even steps, with the weight of all."""
+        step = -(-len(self.points) // most)
+        return Pixels(self.points[::step], self.colors[::step], self.weights[::step] * step)
+
+
+def fit_ramp(t: FloatArray, pixels: Pixels, price: float) -> tuple[FloatArray, FloatArray]:
+    """Return places and colours of the stops of a ramp over t, by least squares: each more stop where it is worth it.
+
+    Decided on pixels added up in bins of t; a new stop goes where it helps most, and is moved from there.
+    """
+    low, high = float(t.min()), float(t.max())
+    few = _binned(t, pixels)
+    knots = np.array([low, high])
+    error = float(fit_stops(_hats(knots[None], few[0]), *few[1:])[0][0])
+    while len(knots) < MOST_STOPS:
+        center, width = (low + high) / 2, (high - low) / 2
+        best, place = np.inf, center
+        for _ in range(REFINEMENTS):
+            places = np.clip(center + width * np.linspace(-1, 1, PLACES), low, high)
+            trials = np.sort(np.column_stack([np.tile(knots, (PLACES, 1)), places]), axis=1)
+            errors = fit_stops(_hats(trials, few[0]), *few[1:])[0]
+            if errors.min() < best:
+                best, place = float(errors.min()), float(places[np.argmin(errors)])
+            center, width = place, 2 * width / (PLACES - 1)
+        if error - best <= STOP_NUMBERS * price:
+            break
+        error, knots = best, np.sort(np.append(knots, place))
+    return knots, np.clip(fit_stops(_hats(knots[None], t), pixels.weights, pixels.colors)[1][0], 0, 1)
+
+
+def _binned(t: FloatArray, pixels: Pixels) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return mean place, weight and mean colour of the bins of t that hold pixels."""
+    low, high = float(t.min()), float(t.max())
+    at = np.minimum(((t - low) * (BINS / max(high - low, 1e-12))).astype(np.int64), BINS - 1)
+    shares = np.bincount(at, pixels.weights, BINS)
+    used = shares > 0
+    sums = np.stack([np.bincount(at, pixels.weights * c, BINS) for c in (t, *pixels.colors.T)], axis=1)
+    means = sums[used] / shares[used, None]
+    return means[:, 0], np.asarray(shares[used], dtype=np.float64), means[:, 1:]
+
+
+def _hats(knots: FloatArray, places: FloatArray) -> FloatArray:
+    """Return the shares of the stops at knots (G, K) in the colours of linear ramps at places (m,): (G, m, K)."""
+    rise = (places[None, :, None] - knots[:, None, :-1]) / np.maximum(np.diff(knots), 1e-12)[:, None]
+    rise = np.clip(rise, 0, 1)  # of each piece, how much of it lies behind
+    ends = np.zeros((*rise.shape[:2], 1))
+    return np.asarray(np.concatenate([ends + 1, rise], axis=2) - np.concatenate([rise, ends], axis=2))
+
+
+def even_hats(t: FloatArray) -> FloatArray:
+    """Return the shares of evenly placed stops at places t (G, m): (G, m, KNOTS)."""
+    low, high = t.min(axis=1, keepdims=True), t.max(axis=1, keepdims=True)
+    at = (t - low) * ((KNOTS - 1) / np.maximum(high - low, 1e-12))
+    return np.asarray(np.clip(1 - np.abs(at[..., None] - np.arange(KNOTS)), 0, 1))
+
+
+def fit_stops(hats: FloatArray, weights: FloatArray, colors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Fit stops to colours (m, 4) by least squares: errors (G,), and colours of the stops (G, K, 4)."""
+    middle = weights @ colors / weights.sum()
+    offset = colors - middle
+    turned = hats.transpose(0, 2, 1) * weights  # (G, K, m)
+    gram = turned @ hats + 1e-6 * weights.sum() * np.eye(
+        hats.shape[2]
+    )  # knots that no pixel is near keep to the middle
+    sums = turned @ offset
+    stops = np.linalg.solve(gram, sums)
+    left = weights @ np.square(offset).sum(axis=1) - (stops * sums).sum(axis=(1, 2))
+    return np.asarray(left), middle + stops
