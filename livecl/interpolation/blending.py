@@ -89,6 +89,8 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
     """
     for name, drawing in (("a", a), ("b", b)):
         check_type(name, drawing, Drawing, WANTED_DRAWING)
+        if drawing.strokes.any:
+            raise ValueError(f"{name}: has stroked layers, and only filled ones are interpolated")
     if a.size != b.size:
         raise ValueError(
             f"b: canvas of {b.size} px, wanted that of a, {a.size}; livecl.interpolation.blending.fit_canvas scales it"

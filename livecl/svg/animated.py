@@ -248,6 +248,8 @@ def _check_structure(drawings: Sequence[Drawing]) -> None:
     check_canvases(drawings)
     first = drawings[0]
     for index, drawing in enumerate(drawings):
+        if drawing.strokes.any:
+            raise ValueError(f"drawings: {index} has stroked layers, and only filled ones are animated")
         same = np.array_equal(drawing.subpath_offsets, first.subpath_offsets)
         if not same or not np.array_equal(drawing.layer_offsets, first.layer_offsets):
             raise ValueError(
