@@ -3,7 +3,7 @@
 
 Nodes stand at corners, extremes and where one segment does not do. Segments are lines or cubics, joins that are no
 corners are smooth, sides that are nearly level or plumb become so. Which nodes are best for a whole outline is found by
-dynamic programming over the places of the trace: the price of what is written and of how far it strays.
+dynamic programming over the places of the trace: the price of the numbers written and of the distance from the trace.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Fit:
     Attributes
     ----------
     tolerance, straight : float
-        Largest distance of a cubic, and of a line, from what is seen of the outline, px.
+        Largest distance of a cubic, and of a line, from the visible part of the outline, px.
     straying : float
         Numbers that straying costs, for a distance of 1 px over a length of 1 px; it grows by the square.
     cubic, line : float

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Circles, ellipses and rectangles fitted to what is seen of a traced outline, by least squares of the distances."""
+"""Circles, ellipses and rectangles fitted to the visible part of a traced outline, by least squares of distances."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from livecl.svg.primitives import ANGLE_DECIMALS, Primitive, ellipse, rectangle
 
 FloatArray = NDArray[np.float64]
 
-#: Distances of what is seen from a shape, px: root of the mean square, also as a share of its size, and largest.
+#: Distances of the visible part from a shape, px: root of the mean square, also as a share of its size, and largest.
 ROOT_MEAN_SQUARE, SHARE, FARTHEST = 0.2, 0.02, 0.75
 #: Weight from which a sample counts as seen, and least shares of the directions from the centre in which samples are:
 #: a circle has three numbers to be told, a turned ellipse five.
@@ -23,7 +23,7 @@ DIRECTIONS, SHARP, STEPS = 36, 1.5, 8
 
 
 def fitted_shapes(trace: Trace) -> list[Primitive]:
-    """Return the shapes that what is seen of an outline may be, the one of fewest numbers first."""
+    """Return shapes that match the visible part of an outline, the one of fewest numbers first."""
     seen = trace.points[trace.weights >= SEEN]
     if len(seen) < 12:
         return []

@@ -133,7 +133,7 @@ class _Editor:
         return found
 
     def _trace(self, layer: int, subpath: FloatArray) -> Trace | None:
-        """Return the trace of a subpath, what is hidden of it weighing less."""
+        """Return the trace of a subpath, its hidden parts weighing less."""
         ends = np.roll(subpath[:, :1], -1, axis=0)
         traced = trace(np.concatenate([subpath, ends], axis=1))
         if traced is not None:

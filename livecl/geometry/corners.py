@@ -156,7 +156,7 @@ def _arms(z: ComplexArray, noise: float) -> _Arms:
         unit = slope / np.maximum(np.abs(slope), 1e-9)
         across = ((runs - fit @ basis.T) * unit.conj()[:, None]).imag
         miss = np.sqrt((across**2).sum(axis=1) / max(1, number - degree - 1))
-        # The miss of a parabola or line over an arc is its bend, too: what is not followed closely is no arm.
+        # The miss of a parabola or line over an arc is its bend, too: a stretch that is not followed closely is no arm.
         good = open_ & (miss <= max(ARM_MISS[degree], 3 * noise)) & (np.abs(slope) > 0.3)
         if (first, number, degree) == ARMS[-1]:
             good = open_ & (np.abs(slope) > 0.1)

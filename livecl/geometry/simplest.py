@@ -26,7 +26,7 @@ BoolArray = NDArray[np.bool_]
 SAMPLES = 12
 #: Weight of distances along the outline in the fit of handles: it decides where those across leave them open.
 ALONG = 0.1
-#: Candidate places: one for each so many px and each so many radians by which the outline turns; px that they are
+#: Candidate places: spacing along the outline, px, and turning between two, radians; px that they are
 #: apart at least; most between two corners.
 PLACE_LENGTH, PLACE_TURN, LEAST_SPACING, MOST_PLACES = 12.0, 0.2, 2.0, 56
 

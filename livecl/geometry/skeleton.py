@@ -81,7 +81,7 @@ def center_lines(mask: NDArray[np.bool_]) -> list[CenterLine]:
 def _graph(skeleton: NDArray[np.bool_]) -> tuple[list[_Branch], list[FloatArray]]:
     """Return the branches of a skeleton, and the place (row, column) of each node, an end or a junction.
 
-    Pixels with three neighbours or more are junctions, one for each cluster; what is left falls apart into branches.
+    Pixels with three neighbours or more are junctions, one for each cluster; the rest falls apart into branches.
     """
     around = np.ones((3, 3), np.int64)
     count = ndimage.convolve(skeleton.astype(np.int64), around, mode="constant") - 1

@@ -155,7 +155,7 @@ def _between(color: FloatArray, paper: FloatArray, ink: FloatArray) -> float:
 
 
 def _lines(coverage: FloatArray, rules: StrokeRules) -> list[_Line]:
-    """Return the lines of one ink; spots, and what is too uneven, are none."""
+    """Return the lines of one ink; spots and uneven shapes are none."""
     smooth = ndimage.gaussian_filter(coverage, rules.blur)
     fine = ndimage.zoom(smooth, rules.oversampling, order=1, grid_mode=True, mode="nearest") > 0.5
     lines = []

@@ -151,7 +151,7 @@ class Revise:
         missing = run.progress.asked - int(np.sum(state.holds == FREE))
         if missing:
             place(run, missing, int(state.drawing.stages.max(initial=0)))
-        if not self.number:  # layers have been trained: what is worth a gradient may be another than when it was placed
+        if not self.number:  # trained layers may be worth a gradient that they were not when placed
             fill(run, state.free)
         return True
 

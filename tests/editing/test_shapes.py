@@ -50,7 +50,7 @@ def test_circle_half_hidden_is_whole() -> None:
     assert true is not None
     trace_ = traced(true)
     hidden = trace_.points[:, 0] > 62
-    trace_.points[hidden, 0] = 62  # cut off by a guess at what is hidden
+    trace_.points[hidden, 0] = 62  # cut off by a guess at the hidden part
     trace_.weights[hidden] = 0.25
     found = fitted_shapes(trace_)
     assert found[0].tag == "circle" and gap(found[0], true) < 0.05

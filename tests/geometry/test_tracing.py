@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Paths along polylines: what they pay for, the way round, and what is left of loops."""
+"""Paths along polylines: their price, the way round, and the rest of loops."""
 
 from __future__ import annotations
 

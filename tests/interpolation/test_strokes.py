@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Strokes are neither interpolated nor animated: both say so, in place of filling what was stroked."""
+"""Strokes are neither interpolated nor animated: both refuse them by name instead of filling them."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def test_scores_of_two_squares_and_what_covers_one() -> None:
         np.array([RED, BLUE, RED]),
     )
     drawn = things_of(
-        masks((2, 2, 8, 12), (8, 2, 18, 12), (2, 15, 8, 19)),  # what is seen of the first, the second, one too many
+        masks((2, 2, 8, 12), (8, 2, 18, 12), (2, 15, 8, 19)),  # the visible part of the first, the second, one too many
         np.array([RED, BLUE, RED]),
     )
     scores = score_things(true, drawn)

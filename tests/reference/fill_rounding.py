@@ -36,7 +36,7 @@ TERM_ROUNDINGS = 10
 
 @dataclasses.dataclass
 class _Sum:
-    """What a sum over pixels may be off by: a variance, and what is in doubt."""
+    """Error of a sum over pixels: a variance, and a bound where a branch is in doubt."""
 
     variance: FloatArray
     doubt: FloatArray
@@ -55,7 +55,7 @@ def fills_tolerance(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) ->
 def fills_tolerances(
     drawing: Drawing, pieces: ArrayLike, d_image: FloatArray, moved: float = 0.0
 ) -> tuple[FillGradients, FillGradients]:
-    """Return what rounding may do to each entry of the fills' gradient, and what is in doubt at stops.
+    """Return the rounding error of each entry of the fills' gradient, and its doubt at stops.
 
     With `moved`, px, pixels are in doubt too that such a move takes past a stop.
     """
@@ -114,7 +114,7 @@ def _slope(part: Between, d: FloatArray, variance: FloatArray) -> _Sum:
 
 
 def _record(places: Places, slopes: _Sum) -> FloatArray:
-    """Return what rounding may do to a layer's sums of d_u, d_v and d_A, and what is in doubt: (2, 6)."""
+    """Return the rounding error of a layer's sums of d_u, d_v and d_A, and its doubt: (2, 6)."""
     one, x, y = np.ones_like(places.x), np.abs(places.x), np.abs(places.y)
     factors = [one, one, x, y, x, y] if places.radial else [one, 0 * x, x, y, 0 * x, 0 * x]
     rounding = [DEVIATIONS * np.sqrt(np.sum(slopes.variance * m**2)) for m in factors]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a loop returns of its stages: those finished, the one under way, and what is left of a run that failed."""
+"""What a loop returns of its stages: those finished, the one under way, and those of a run that failed."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The state follows its layers: what is added, taken out, replaced or taken back keeps moments, holds and fills."""
+"""The state follows its layers: layers added, taken out, replaced or taken back keep moments, holds and fills."""
 
 from __future__ import annotations
 

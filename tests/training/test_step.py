@@ -144,7 +144,7 @@ def test_locked_layers_and_hidden_points_get_no_gradient() -> None:
     [("opaque", 9, [0.95, 0.5, 0.95, 0.5]), ("snap", 9, [0.94, 0.49, 1, 0.49]), ("snap", 1, [0.94, 0.49, 0.94, 0.49])],
 )
 def test_opacities_of_stops_are_held_like_those_of_layers(opacity: str, iteration: int, alphas: list[float]) -> None:
-    # Adam's first step is the rate, 0.01; what is locked is not held still here, which is another function's work.
+    # Adam's first step is the rate, 0.01; locked layers are not held still here: another function does that.
     state = _two_fades(Options(opacity=opacity, iterations=10, settle=1.0))
     state.iteration = iteration
     move(state, _ones(state))

@@ -187,7 +187,7 @@ def _compared(drawing: Drawing, image: np.ndarray) -> str:
         return "not compared"
     error = np.abs(image - reference.render(drawing, pieces))
     most = float(np.max(error / image_tolerance(drawing, pieces)))
-    assert most <= 1, f"off from the reference by {error.max():.3g}, at worst {most:.3g} times what is allowed"
+    assert most <= 1, f"off from the reference by {error.max():.3g}, at worst {most:.3g} times the tolerance"
     return "compared"
 
 

@@ -32,7 +32,7 @@ SHORTEST_GAP, FITTED = 3, 12
 COVERED = 0.97
 #: Longest gaps of a join, as a share of the outlines joined, or of one outline cut in two by it.
 LONGEST_GAP, LONGEST_CUT = 0.6, 0.5
-#: Cosine of the largest angle between an end and the way to the other end; gaps up to so many px need not comply.
+#: Cosine of the largest angle between an end and the way to the other end; shorter gaps than this, px, need not comply.
 AHEAD, SHORT = 0.75, 4.0
 #: How far a shape goes on below one in front that it ends at, px.
 TRAP = 1.25

@@ -120,7 +120,7 @@ class Outlines:
         return self.of((k,))[0]
 
     def marks(self, ids: Iterable[int]) -> BoolArray:
-        """Return whether each region is one of some: (K + 3,), with entries for what is no region."""
+        """Return whether each region is one of some: (K + 3,), with entries for pixels of no region."""
         marks = np.zeros(self.count + 3, bool)
         marks[list(ids)] = True
         return marks

@@ -21,11 +21,11 @@ from livecl.layering.structure.prices import Prices, outline_price, signed_area
 FloatArray = NDArray[np.float64]
 Pairs = dict[tuple[int, int], float]
 
-#: Share that what is seen through holes has of what has them: more, and it belongs to what lies around.
+#: Share of a shape that is seen through its holes: above it, the holes' content belongs to the surroundings.
 THROUGH_HOLES, GROUND_THROUGH_HOLES, PANES = 0.3, 0.2, 0.4
 #: Regions of one colour, at most, that may be parts of each other below something.
 MOST_ALIKE = 60
-#: Share of the outline of what is seen between several regions that faces those at the ground.
+#: Share of the outline of a region seen between several that faces those at the ground.
 GROUND_AROUND = 0.7
 #: Deviation of a hole's distance from the outline around it, by the mean distance: up to which a hole of the share
 #: `EVEN_HOLE` is one, and from which on only letters have holes. Their filled area is smaller than this share of the
@@ -161,7 +161,7 @@ def screens(outlines: Outlines, ground: set[int]) -> list[Screen]:
 def evidence(
     outlines: Outlines, nodes: list[int], seen_through: list[Screen], prices: Prices, check: Callable[[], None]
 ) -> tuple[Pairs, Pairs]:
-    """Return who lies in front of whom, (front, behind) to a weight, and what is saved by including a marking.
+    """Return who lies in front of whom, (front, behind) to a weight, and the saving of including a marking.
 
     A marking shares the silhouette of what it lies on: (region, marking) to the saving of one outline around both.
     """

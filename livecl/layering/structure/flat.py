@@ -128,7 +128,7 @@ def flat_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> Fla
 
 @dataclasses.dataclass(frozen=True)
 class Mixture:
-    """Pixels outside cores: where (P,), the two cores, the share of the first, and what is left unexplained."""
+    """Pixels outside cores: where (P,), the two cores, the share of the first, and the residual."""
 
     rows: IntArray
     columns: IntArray

@@ -86,7 +86,7 @@ def find_layers(
 
 
 class _Scene:
-    """Shapes by the region that stands for each, and what is known of their depth."""
+    """Shapes by the region that stands for each, and their known depths."""
 
     def __init__(self, outlines: Outlines, front: Pairs, order: list[int], prices: Prices) -> None:
         self.outlines, self.prices = outlines, prices

@@ -35,7 +35,7 @@ SPREAD, SPREAD_OF_NOISE, NEIGHBOR, ROUNDS = 4 / 255, 2.0, 0.7, 4
 WINDOW, SHADE, MOST_SHADED = 7, 3.5 / 255, 0.13
 #: How far from an edge its ringing is looked for, px: a block of JPEG has 8.
 BESIDE = 4
-#: The most that it counts as: what is more there are colours of small shapes.
+#: The most that it counts as: beyond are colours of small shapes.
 MOST_RINGING = 6 / 255
 #: What a pixel of a core may miss its colour by: a constant, and for each unit of noise.
 MISS, MISS_OF_NOISE = 10 / 255, 3.0

@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Prices:
-    """What an explanation pays for, radians of turning; and what is evidence for one region in front of another.
+    """Prices of an explanation, radians of turning, and the evidence for one region in front of another.
 
     Values: chosen once by the order of regions and the overlap with true layers on flat drawings, docs/quality.md.
 
@@ -29,7 +29,7 @@ class Prices:
     corner : float
         One corner more, beside its turning.
     hidden : float
-        Hidden area as large as what is seen.
+        Hidden area as large as the visible one.
     primitive : float
         What a circle or an ellipse costs less than its turning.
     saving : float

@@ -244,7 +244,7 @@ def _cut(image: FloatArray, labels: IntArray, price: float, kinds: tuple[str, ..
                 count += 1
                 labels[box][parts == part] = count
                 left.append((count, box, cuts - 1))
-    # Parts of a core that hung together by what was cut are regions of their own.
+    # Parts of a core that hung together by pixels that were cut are regions of their own.
     parts = grid_components(labels[:, 1:] == labels[:, :-1], labels[1:] == labels[:-1])
     _, numbers = np.unique(parts[labels > 0], return_inverse=True)
     labels[labels > 0] = numbers + 1
@@ -278,7 +278,7 @@ def _explained(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[st
 def _absorbed(image: FloatArray, labels: IntArray, price: float, kinds: tuple[str, ...]) -> IntArray:
     """Give cores to the neighbour whose fill shows them at less error than a layer of their own would cost.
 
-    The smallest first: slivers along edges that fade out, where what is cut from a region is hardly of another colour.
+    The smallest first: slivers along edges that fade out, where the part cut from a region is hardly of another colour.
     """
     labels, count = labels.copy(), int(labels.max())
     sizes = np.bincount(labels.ravel(), minlength=count + 1)

@@ -172,7 +172,7 @@ def test_a_crescent_keeps_its_tips() -> None:
     assert 3 <= len(cubics) <= 5
     tips = np.array([(40.5, 32 - 19.84), (40.5, 32 + 19.84)])  # where the two circles meet
     distance, tip = cKDTree(cubics[:, 0]).query(tips)
-    # The last 3 px of a tip are less than a pixel wide: what is there of its sides is hardly seen.
+    # The last 3 px of a tip are less than a pixel wide: its sides there are hardly seen.
     assert distance.max() < 1 and bends(cubics)[tip].min() > 2
     points = samples(cubics)
     off = np.minimum(np.abs(np.hypot(*(points - (31, 32)).T) - 22), np.abs(np.hypot(*(points - (38, 32)).T) - 20))
