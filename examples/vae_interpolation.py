@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import io
 import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from figures.curve import plot_training
 from tqdm import tqdm
 
 import livecl
@@ -52,6 +52,8 @@ DRAWN, HELD_OUT = 10000, 500
 PATHS = 5
 #: Frame of pictures among drawings: px, and colour.
 FRAME, FRAME_COLOR = 2, (0.1, 0.75, 0.2)
+#: Steps whose mean is one point of the loss curve.
+WINDOW = 25
 EPILOG = """\
 examples:
   vae_interpolation.py -o figures
@@ -166,6 +168,26 @@ def write_curve(training: Training, arguments: argparse.Namespace) -> None:
         plot_training(training.losses, arguments.output / "vae-loss.png")
     except ImportError:
         inform("no plot of the loss without matplotlib: pip install 'livecl[plots]'", arguments)
+
+
+def plot_training(losses: np.ndarray, file: Path) -> None:
+    """Draw cross-entropy and divergence (steps, 2), nats a picture, as PNG; ImportError without matplotlib."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5, 3), layout="constrained")
+    axes = figure.subplots()
+    window = min(WINDOW, len(losses))
+    whole = len(losses) // window * window
+    means = losses[:whole].reshape(-1, window, 2).mean(axis=1)
+    steps = (np.arange(len(means)) + 0.5) * window
+    for index, label in enumerate(("cross-entropy", "divergence")):
+        axes.plot(steps, means[:, index], label=label)
+    axes.set(xlabel="step", ylabel="nats a picture", yscale="log")
+    axes.grid(visible=True, which="both", alpha=0.25)
+    axes.legend()
+    png = io.BytesIO()
+    figure.savefig(png, format="png", dpi=100)
+    write_atomically(file, png.getvalue())
 
 
 def enlarged(pictures: np.ndarray, size: int) -> list[np.ndarray]:
