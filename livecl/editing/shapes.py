@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -22,47 +23,69 @@ SEEN, CIRCLE_SEEN, UPRIGHT_SEEN, TURNED_SEEN = 0.5, 0.45, 0.6, 0.8
 DIRECTIONS, SHARP, STEPS = 36, 1.5, 8
 
 
+@dataclasses.dataclass(frozen=True)
+class _Candidate:
+    """A shape fitted to samples, their distances from it, half its size, and the share of directions it asks for."""
+
+    shape: Primitive | None
+    distances: FloatArray
+    spokes: FloatArray
+    size: float
+    share: float
+
+    def fits(self) -> bool:
+        """Whether the shape is near enough to the samples, and these lie in enough directions from its centre."""
+        if not (np.isfinite(self.distances).all() and self.size > 0):
+            return False
+        angles = np.arctan2(self.spokes[:, 1], self.spokes[:, 0])
+        directions = np.floor(angles / (2 * np.pi) * DIRECTIONS).astype(np.int64)
+        near = float(np.sqrt(np.mean(self.distances**2)))
+        limit = min(ROOT_MEAN_SQUARE, max(SHARE * self.size, ROOT_MEAN_SQUARE / 4))
+        close = near <= limit and np.abs(self.distances).max() <= FARTHEST
+        return bool(close and len(np.unique(directions)) >= self.share * DIRECTIONS)
+
+
 def fitted_shapes(trace: Trace) -> list[Primitive]:
     """Return shapes that match the visible part of an outline, the one of fewest numbers first."""
     seen = trace.points[trace.weights >= SEEN]
     if len(seen) < 12:
         return []
-    found = [shape for shape in _candidates(seen, trace.points) if shape is not None]
+    found = [one.shape for one in _candidates(seen, trace.points) if one.shape is not None and one.fits()]
     return sorted(found, key=lambda shape: len(shape.attributes))
 
 
-def _candidates(seen: FloatArray, whole: FloatArray) -> Iterator[Primitive | None]:
+def shape_within(points: FloatArray, farthest: float) -> Primitive | None:
+    """Return the shape of fewest numbers that a whole outline, (n, 2) places, is within a distance, px, if any."""
+    if len(points) < 12:
+        return None
+    near = [one.shape for one in _candidates(points, points) if np.abs(one.distances).max() <= farthest]
+    return min((shape for shape in near if shape is not None), key=lambda shape: len(shape.attributes), default=None)
+
+
+def _candidates(seen: FloatArray, whole: FloatArray) -> Iterator[_Candidate]:
     low, high = seen.min(axis=0), seen.max(axis=0)
+
+    def round_one(form: FloatArray, shape: Primitive | None, share: float) -> _Candidate:
+        distances = _from_circle(form, seen) if len(form) == 3 else _from_ellipse(form, seen)
+        return _Candidate(shape, distances, seen - form[:2], float(form[2:4].min()), share)
+
     circle = _refined(_from_circle, _circle_start(seen), seen)
-    if _fits(_from_circle(circle, seen), circle[2], seen - circle[:2], CIRCLE_SEEN):
-        yield ellipse(circle[:2], (float(circle[2]), float(circle[2])))
+    yield round_one(circle, ellipse(circle[:2], (float(circle[2]), float(circle[2]))), CIRCLE_SEEN)
     start = np.concatenate([(low + high) / 2, np.maximum(high - low, 1e-3) / 2])
     upright = _refined(_from_ellipse, start, seen)
-    if _fits(_from_ellipse(upright, seen), upright[2:].min(), seen - upright[:2], UPRIGHT_SEEN):
-        yield ellipse(upright[:2], (float(upright[2]), float(upright[3])))
+    yield round_one(upright, ellipse(upright[:2], (float(upright[2]), float(upright[3]))), UPRIGHT_SEEN)
     turned = _refined(_from_ellipse, _turned_start(whole), seen)
-    if _fits(_from_ellipse(turned, seen), turned[2:4].min(), seen - turned[:2], TURNED_SEEN):
-        angle = round(float(np.degrees(turned[4])), ANGLE_DECIMALS)
-        yield ellipse(turned[:2], (float(turned[2]), float(turned[3])), angle)
+    angle = round(float(np.degrees(turned[4])), ANGLE_DECIMALS)
+    yield round_one(turned, ellipse(turned[:2], (float(turned[2]), float(turned[3])), angle), TURNED_SEEN)
     missing = float(np.prod(high - low)) - _area(whole)
     radius = np.sqrt(max(missing, 0.0) / (4 - np.pi))
     box = _refined(_from_rectangle, np.concatenate([low, high, [min(radius, (high - low).min() / 2)]]), seen)
-    sides = box[2:4] - box[:2]
-    if _fits(_from_rectangle(box, seen), sides.min() / 2, seen - (box[:2] + box[2:4]) / 2, UPRIGHT_SEEN):
-        yield rectangle(box[:2], box[2:4], float(np.clip(box[4], 0, sides.min() / 2)))
-        if box[4] < SHARP:
-            yield rectangle(box[:2], box[2:4])
-
-
-def _fits(distances: FloatArray, size: float, spokes: FloatArray, share: float) -> bool:
-    """Whether a shape of a half size, px, is near enough to samples, and these lie in enough directions from it."""
-    if not (np.isfinite(distances).all() and size > 0):
-        return False
-    directions = np.floor(np.arctan2(spokes[:, 1], spokes[:, 0]) / (2 * np.pi) * DIRECTIONS).astype(np.int64)
-    near = float(np.sqrt(np.mean(distances**2)))
-    limit = min(ROOT_MEAN_SQUARE, max(SHARE * size, ROOT_MEAN_SQUARE / 4))
-    close = near <= limit and np.abs(distances).max() <= FARTHEST
-    return bool(close and len(np.unique(directions)) >= share * DIRECTIONS)
+    half = float((box[2:4] - box[:2]).min() / 2)
+    shapes = [rectangle(box[:2], box[2:4], float(np.clip(box[4], 0, max(half, 0))))]
+    shapes += [rectangle(box[:2], box[2:4])] if box[4] < SHARP else []
+    spokes = seen - (box[:2] + box[2:4]) / 2
+    for shape in shapes:
+        yield _Candidate(shape, _from_rectangle(box, seen), spokes, half, UPRIGHT_SEEN)
 
 
 def _from_circle(shape: FloatArray, points: FloatArray) -> FloatArray:

@@ -8,6 +8,9 @@ from .layers import LayerMeasures as LayerMeasures
 from .layers import measure_layers as measure_layers
 from .layers import num_parameters as num_parameters
 from .layers import self_crossing as self_crossing
+from .numbers import count_numbers as count_numbers
+from .outlines import OutlineScores as OutlineScores
+from .outlines import score_outlines as score_outlines
 from .outlines_sheet import draw_outlines as draw_outlines
 from .pictures import mse as mse
 from .pictures import psnr as psnr
@@ -23,10 +26,12 @@ from .things_sheet import draw_things as draw_things
 __all__ = [
     "DISTURBANCES",
     "LayerMeasures",
+    "OutlineScores",
     "ThingScores",
     "Things",
     "color_difference",
     "colors_in_picture",
+    "count_numbers",
     "disturbed",
     "draw_outlines",
     "draw_things",
@@ -37,6 +42,7 @@ __all__ = [
     "num_parameters",
     "psnr",
     "score_drawing",
+    "score_outlines",
     "score_things",
     "self_crossing",
     "ssim",

@@ -105,6 +105,7 @@ def test_scores_by_the_true_svg(folder: Path) -> None:
     found = measure(svg, livecl.render(drawing), Rasterizer((32, 32)), true)
     assert (found["things"], found["found"], found["missed"], found["extra"]) == (3, 1, 2, 0)
     assert (found["overlap"], found["true_segments"]) == (pytest.approx(1 / 3), 12)
+    assert (found["shapes"], found["shapes_drawn"], found["true_numbers"] > found["numbers"] > 0) == (3, 1, True)
     # 8 of the 32 x 32 px are black in one and white in the other: a difference of 100 each.
     assert found["delta_e"] == pytest.approx(8 / 32**2 * 100, rel=1e-3)
     assert (found["colored"], found["opaque"], found["gradients"]) == (1, 1, 0)

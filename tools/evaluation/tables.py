@@ -40,6 +40,15 @@ SUMMARY: dict[str, tuple[str, Callable[[Any], str]]] = {
     "layers_a_thing": ("layers/thing", "{:.2f}".format),
     "cubics_ratio": ("cubics/artist's", "{:.2f}".format),
     "delta_e_mean": ("dE x4", "{:.2f}".format),
+    "numbers_ratio": ("numbers/artist's", "{:.2f}".format),
+    "shapes_drawn": ("shapes", "{:.0%}".format),
+    "shapes_of_found": ("of found", "{:.0%}".format),
+    "shapes_false": ("false", "{:.0%}".format),
+    "joins_smooth": ("smooth", "{:.0%}".format),
+    "corners_kept": ("corners", "{:.0%}".format),
+    "sides_straight": ("straight", "{:.0%}".format),
+    "level_exact": ("level", "{:.0%}".format),
+    "displacement": ("edge px", "{:.3f}".format),
     "more_layers": ("layers x", "{:.2f}".format),
     "more_cubics": ("cubics x", "{:.2f}".format),
 }
@@ -64,8 +73,9 @@ def summarize(rows: Iterable[Row]) -> list[Row]:
 
     `in_one_region`, `self_crossing` and `gradients` are shares of all layers, `colored` of the opaque ones; `needless`,
     `mergeable` and `nearly_opaque` are sums. `overlap`, `found`, `missed`, `extra` and `layers_a_thing` are over all
-    true things. `more_layers` and `more_cubics`, of a method on disturbed pictures, are multiples of what it has on the
-    clean ones.
+    true things. The scores of outlines are shares of what livecl/quality/outlines.py counts; `displacement` is weighed
+    by length, `numbers_ratio` is of all numbers. `more_layers` and `more_cubics`, of a method on disturbed pictures,
+    are multiples of what it has on the clean ones.
     """
     rows = list(rows)
     groups = sorted({row["group"] for row in rows})
@@ -132,6 +142,15 @@ def _statistics(rows: Sequence[Row]) -> Row:
         **{name: sum(row[name] for row in rows) for name in ("needless", "mergeable", "nearly_opaque")},
         **{name: share(name, "paths") for name in ("in_one_region", "self_crossing", "gradients")},
         "colored": share("colored", "opaque"),
+        "numbers_ratio": share("numbers", "true_numbers"),
+        "shapes_drawn": share("shapes_drawn", "shapes"),
+        "shapes_of_found": share("shapes_drawn", "shapes_found"),
+        "shapes_false": share("shapes_false", "shapes_written"),
+        "joins_smooth": share("joins_smooth", "joins"),
+        "corners_kept": share("corners_kept", "corners"),
+        "sides_straight": share("sides_straight", "sides"),
+        "level_exact": share("level_exact", "level"),
+        "displacement": weighted("displacement", "edge"),
         "overlap": weighted("overlap", "things"),
         "hidden_overlap": weighted("hidden_overlap", "hidden"),
         **{name: share(name, "things") for name in ("found", "missed", "extra")},

@@ -1,0 +1,269 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Outline scores: how well the nodes, lines and shapes of a drawing are those of the drawing that a picture shows.
+
+Compared are the outlines of things that are found, thing by thing (livecl/quality/things.py).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.editing.shapes import shape_within
+from livecl.geometry.bezier import flatten
+from livecl.image.resizing import scaled
+from livecl.quality.things import FOUND, INSIDE, MISSED, Things, match_things, things_of_drawing
+from livecl.rendering.rasterizer import Rasterizer
+from livecl.svg.primitives import primitive_of
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+#: Turn of a join, degrees, up to which it is smooth, and from which on it is a corner.
+SMOOTH, CORNER = 2.0, 20.0
+#: Distance, px, up to which a corner is kept and a line follows a side; degrees between the two; and distance from
+#: corners of the true outline up to which joins belong to them.
+NEAR, ALIGNED, APART = 0.5, 3.0, 1.5
+#: Length of the shortest side that is looked at, px; how far handles of a line may be from it; and share of a side's
+#: places that must be seen, and must lie on lines.
+SHORTEST, STRAIGHT, ENOUGH = 3.0, 1e-3, 0.75
+#: Largest distance of an outline from the circle, ellipse or rectangle that it is, px; decimals of those written.
+SAME_SHAPE, PRECISION = 0.1, 9
+#: Distance between places of an outline, px.
+STEP = 0.5
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class OutlineScores:
+    """What of the outlines of a true drawing is found in another one.
+
+    Attributes
+    ----------
+    shapes, shapes_found, shapes_drawn : int
+        True things that are circles, ellipses or upright (rounded) rectangles; those of them that are found; and those
+        that are written as the same element.
+    shapes_written, shapes_false : int
+        Elements written for things with a partner, and those whose partner is no such shape.
+    joins, joins_smooth : int
+        Joins of the drawing's cubics and lines where the true outline is smooth, and those that turn by 2 degrees or
+        less.
+    corners, corners_kept : int
+        Corners seen of the true things, and those that have a corner of the drawing's within half a pixel.
+    sides, sides_straight : int
+        Straight sides seen of the true things, and those along which the drawing has lines.
+    level, level_exact : int
+        Sides of these that are level or plumb in the true drawing and lines in ours, and those that are exactly so.
+    edge, displacement : float
+        Length of the true outlines seen, px, and their mean distance from ours, px; 0 without such.
+    """
+
+    shapes: int
+    shapes_found: int
+    shapes_drawn: int
+    shapes_written: int
+    shapes_false: int
+    joins: int
+    joins_smooth: int
+    corners: int
+    corners_kept: int
+    sides: int
+    sides_straight: int
+    level: int
+    level_exact: int
+    edge: float
+    displacement: float
+
+
+def score_outlines(true: Drawing, drawing: Drawing) -> OutlineScores:
+    """Score a drawing's outlines by those of the drawing that its picture was made from.
+
+    Parameters
+    ----------
+    true : Drawing
+        The drawing as it was made; it is stretched to `drawing`'s canvas.
+    drawing : Drawing
+        What was found from the picture alone, as it is saved.
+    """
+    true, rasterizer = scaled(true, drawing.size), Rasterizer(drawing.size)
+    things, ours = things_of_drawing(true, rasterizer=rasterizer), things_of_drawing(drawing, rasterizer=rasterizer)
+    overlap, partner = match_things(things, ours)
+    covers = rasterizer.coverages(true) >= INSIDE
+    counts: dict[str, Any] = dict.fromkeys((field.name for field in dataclasses.fields(OutlineScores)), 0)
+    distances: list[FloatArray] = []
+    for k in range(len(things)):
+        subpaths = _subpaths(true, things, k)
+        shape = _shape_within(subpaths)
+        counts["shapes"] += shape is not None
+        if overlap[k] < MISSED:
+            continue
+        own = _subpaths(drawing, ours, int(partner[k]))
+        written = _written(own)
+        counts["shapes_written"] += written is not None
+        counts["shapes_false"] += written is not None and written != shape
+        if overlap[k] < FOUND:
+            continue
+        counts["shapes_found"] += shape is not None
+        counts["shapes_drawn"] += shape is not None and written == shape
+        if subpaths and own:
+            layer = int(things.layers[k])
+            pair = _Pair(_Outline(subpaths), _Outline(own), np.logical_not(covers[layer + 1 :].any(axis=0)))
+            for name, count in {**pair.joins(), **pair.corners(), **pair.sides()}.items():
+                counts[name] += count
+            distances.append(pair.distances())
+    whole = np.concatenate([np.zeros(0), *distances])
+    counts["edge"], counts["displacement"] = len(whole) * STEP, float(whole.mean()) if len(whole) else 0.0
+    return OutlineScores(**counts)
+
+
+def _subpaths(drawing: Drawing, things: Things, thing: int) -> list[FloatArray]:
+    """Return the subpaths, (m, 4, 2) cubics each, that run along a thing of a drawing."""
+    from scipy.ndimage import binary_dilation
+
+    wide = binary_dilation(things.masks[thing], iterations=2)
+    found = []
+    for rows in drawing.subpaths(int(things.layers[thing])):
+        cubics = drawing.cubics[rows]
+        columns, lines = np.floor(flatten(cubics, 0.1).corners).astype(np.int64).T
+        height, width = wide.shape
+        near = wide[np.clip(lines, 0, height - 1), np.clip(columns, 0, width - 1)]
+        if near.mean() > 0.5:
+            found.append(cubics)
+    return found
+
+
+def _shape_within(subpaths: list[FloatArray]) -> str | None:
+    """Return the element that a true outline is, whatever it was written as."""
+    if len(subpaths) != 1:
+        return None
+    shape = shape_within(_places(subpaths[0])[0], SAME_SHAPE)
+    return None if shape is None else shape.tag
+
+
+def _written(subpaths: list[FloatArray]) -> str | None:
+    """Return the element that an outline is written as, None where it is a path."""
+    shape = primitive_of(subpaths[0][:, :3], PRECISION) if len(subpaths) == 1 else None
+    return None if shape is None else shape.tag
+
+
+def _places(cubics: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return points at steps of STEP px along a closed subpath, and its polyline: (n, 2), (p, 2)."""
+    corners = flatten(cubics, 0.002).corners
+    closed = np.concatenate([corners, corners[:1]])
+    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    at = np.arange(0, lengths[-1], STEP)
+    return np.stack([np.interp(at, lengths, closed[:, axis]) for axis in (0, 1)], axis=1), closed
+
+
+class _Outline:
+    """Joins, lines and places of a thing's subpaths."""
+
+    def __init__(self, subpaths: list[FloatArray]) -> None:
+        parts = [_whole_segments(cubics) for cubics in subpaths]
+        cubics = np.concatenate(parts)
+        before = np.concatenate([np.roll(part, 1, axis=0) for part in parts])
+        self.anchors = cubics[:, 0]
+        after, into = _first_step(cubics), _first_step(before[:, ::-1])
+        cosine = -(after * into).sum(axis=1)
+        sine = after[:, 0] * into[:, 1] - after[:, 1] * into[:, 0]
+        self.turns = np.degrees(np.abs(np.arctan2(sine, cosine)))
+        chords = cubics[:, 3] - cubics[:, 0]
+        unit = chords / np.maximum(np.hypot(*chords.T), 1e-12)[:, None]
+        rest = cubics[:, 1:3] - cubics[:, :1]
+        off = np.abs(rest[..., 0] * unit[:, None, 1] - rest[..., 1] * unit[:, None, 0]).max(axis=1)
+        self.lines = cubics[off <= STRAIGHT][:, [0, 3]]
+        self.polylines = [_places(cubics)[1] for cubics in subpaths]
+        self.places = np.concatenate([_places(cubics)[0] for cubics in subpaths])
+
+    def distances(self, points: FloatArray) -> FloatArray:
+        """Return the distances of points (n, 2) from the outline, px: (n,)."""
+        lines = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in self.polylines])
+        return np.concatenate([np.zeros(0), *(_from_lines(part, lines).min(axis=1) for part in _parts(points))])
+
+
+def _whole_segments(cubics: FloatArray) -> FloatArray:
+    """Return the cubics of a subpath that have a length."""
+    kept = cubics[np.abs(cubics - cubics[:, :1]).max(axis=(1, 2)) > 1e-6]
+    return kept if len(kept) else cubics
+
+
+def _first_step(cubics: FloatArray) -> FloatArray:
+    """Return the unit direction in which each cubic (m, 4, 2) sets out: (m, 2)."""
+    steps = cubics[:, 1:] - cubics[:, :1]
+    lengths = np.hypot(*np.moveaxis(steps, -1, 0))
+    first = np.argmax(lengths > 1e-4, axis=1)
+    rows = np.arange(len(cubics))
+    return np.asarray(steps[rows, first] / np.maximum(lengths[rows, first], 1e-12)[:, None])
+
+
+def _parts(points: FloatArray) -> list[FloatArray]:
+    return [points[k : k + 256] for k in range(0, len(points), 256)]
+
+
+def _from_lines(points: FloatArray, lines: FloatArray) -> FloatArray:
+    """Return the distance of each point (n, 2) from each line (m, 2, 2), px: (n, m)."""
+    start, step = lines[:, 0], lines[:, 1] - lines[:, 0]
+    rest = points[:, None] - start
+    share = np.clip((rest * step).sum(-1) / np.maximum((step * step).sum(-1), 1e-18), 0, 1)
+    return np.asarray(np.hypot(*np.moveaxis(rest - share[..., None] * step, -1, 0)))
+
+
+class _Pair:
+    """A thing of the true drawing and the one found for it."""
+
+    def __init__(self, true: _Outline, ours: _Outline, seen: BoolArray) -> None:
+        self._true, self._ours, self._uncovered = true, ours, seen
+
+    def _seen(self, points: FloatArray) -> BoolArray:
+        """Return which points (n, 2) no layer above covers: (n,)."""
+        height, width = self._uncovered.shape
+        columns, rows = np.floor(points).astype(np.int64).T
+        inside = (columns >= 0) & (rows >= 0) & (columns < width) & (rows < height)
+        return inside & self._uncovered[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
+
+    def joins(self) -> dict[str, int]:
+        """Count our joins where the true outline is smooth."""
+        bends = self._true.anchors[self._true.turns > SMOOTH]
+        gaps = np.hypot(*np.moveaxis(self._ours.anchors[:, None] - bends, -1, 0)).min(axis=1, initial=np.inf)
+        turns = self._ours.turns[gaps > APART]
+        return {"joins": len(turns), "joins_smooth": int(np.count_nonzero(turns <= SMOOTH))}
+
+    def corners(self) -> dict[str, int]:
+        """Count the true corners that are seen."""
+        points = self._true.anchors[self._true.turns >= CORNER]
+        points = points[self._seen(points)]
+        bends = self._ours.anchors[self._ours.turns >= CORNER / 2]
+        gaps = np.hypot(*np.moveaxis(points[:, None] - bends, -1, 0)).min(axis=1, initial=np.inf)
+        return {"corners": len(points), "corners_kept": int(np.count_nonzero(gaps <= NEAR))}
+
+    def sides(self) -> dict[str, int]:
+        """Count the true straight sides that are seen."""
+        counts = dict.fromkeys(("sides", "sides_straight", "level", "level_exact"), 0)
+        steps = self._ours.lines[:, 1] - self._ours.lines[:, 0]
+        for start, end in self._true.lines:
+            chord = end - start
+            length = np.hypot(*chord)
+            at = start + chord * np.linspace(0.15, 0.85, 8)[:, None]
+            if length < SHORTEST or self._seen(at).mean() < ENOUGH:
+                continue
+            counts["sides"] += 1
+            sine = np.abs(steps[:, 0] * chord[1] - steps[:, 1] * chord[0])
+            along = sine <= np.sin(np.radians(ALIGNED)) * np.hypot(*steps.T) * length
+            if not along.any():
+                continue
+            gaps = _from_lines(at, self._ours.lines[along])
+            straight = bool((gaps.min(axis=1) <= NEAR).mean() >= ENOUGH)
+            counts["sides_straight"] += straight
+            if straight and np.abs(chord).min() <= STRAIGHT:
+                nearest = steps[along][int(np.argmin(gaps.mean(axis=0)))]
+                counts["level"] += 1
+                counts["level_exact"] += bool(np.abs(nearest).min() <= 1e-9)
+        return counts
+
+    def distances(self) -> FloatArray:
+        """Return the distances of the true outline's places that are seen from ours, px."""
+        places = self._true.places
+        return self._ours.distances(places[self._seen(places)])
