@@ -45,19 +45,21 @@ class Options:
         If a value is not one of those named or out of range; the message names the field.
     """
 
-    iterations: int = _option(200, "Steps of each stage")
+    iterations: int = _option(200, "Adam steps of each stage")
     segments: int = _option(4, "Cubic segments of each path")
     max_segments: int = _option(
         12,
-        "Most segments of a path whose outline is fitted to a region that needs more than `segments`",
+        "Most segments of an outline fitted to a region that needs more than `segments`",
     )
-    loss: Literal["udf", "mse"] = _option("mse", "Squared error under the distance weight (eq. 1-2), or its plain mean")
+    loss: Literal["udf", "mse"] = _option(
+        "mse", "Loss: squared error weighted by distance (udf, eq. 1-2) or mean squared error (mse)"
+    )
     xing_weight: float = _option(0.0, "Weight of the Xing loss (eq. 4), lambda")
     placement: Literal["structure", "region", "component", "random"] = _option(
         "structure",
-        'Where new paths start: on the whole shapes of a flat picture, in their order of depth (as "region" where a '
-        "picture is not flat, or a drawing is given to start from); on the regions whose painting would remove most "
-        "error; on the largest components of the error (the paper's rule); or anywhere",
+        'Where new paths start. "structure": on the whole shapes of flat or smoothly shaded pictures, by depth '
+        '(other pictures, and runs from a drawing, use "region"); "region": on the regions that remove most error; '
+        '"component": on the largest connected components of the error (the paper\'s rule); "random": anywhere',
     )
     shape: Literal["outline", "circle", "random"] = _option(
         "outline",
@@ -65,91 +67,93 @@ class Options:
     )
     holes: bool = _option(
         True,
-        "Whether a path fitted to a region leaves out the region's holes, as further subpaths, where that is better",
+        "Cut the holes of a region out of its path, as further subpaths, where that lowers the error",
     )
     settle: float = _option(
         0.1,
-        "Share of the learning rates left at the end of a stage, in whose second half they fall; 1 to keep them",
+        "Factor of the learning rates at the end of a stage; they fall during its second half. 1 keeps them",
     )
     revisions: int = _option(
         8,
-        "Rounds, at the end, that take out the least useful paths and place them anew, kept if the error falls",
+        "Rounds at the end that remove the least useful paths and place them anew; a round is kept if the error falls",
     )
-    merge: bool = _option(True, "Whether neighbouring layers of one colour become one, in revisions and at the end")
+    merge: bool = _option(True, "Merge neighbouring layers of one colour, in revisions and at the end")
     prune: float = _option(
         5e-6,
-        "Layers without which the mean squared error rises by less than this are dropped at the end",
+        "Drop layers at the end that lower the mean squared error by less than this",
     )
-    target_mse: float = _option(0.0, "Visible mean squared error at which the run ends; 0 for none")
+    target_mse: float = _option(0.0, "End the run at this visible mean squared error; 0 for none")
     path_gain: float = _option(
         0.0,
-        "Least fall of the visible mean squared error for each path that a stage adds: after a stage that gave less no "
-        "further one is begun, and at the end layers worth less are dropped. 0 for none",
+        "Least fall of the visible mean squared error per added path: the run ends after a stage that gains less, and "
+        "layers worth less are dropped at the end. 0 for none",
     )
     simplify: bool = _option(
         True,
-        "Whether outlines get few nodes, straight sides, level and plumb ones exactly so, and smooth joins at the end, "
-        "where that saves more numbers than it costs error",
+        "Simplify outlines at the end: few nodes, straight, level and plumb sides, smooth joins, where that saves more "
+        "numbers than it costs error",
     )
     primitives: bool = _option(
         True,
-        "Whether layers become circles, ellipses or rectangles at the end, where that saves more numbers than it costs "
+        "Replace outlines by circles, ellipses or rectangles at the end, where that saves more numbers than it costs "
         "error",
     )
-    colors: int = _option(0, "Most colours of the drawing, its background's among them; 0 for any number")
+    colors: int = _option(0, "Most colours of the drawing, the background's included; 0 for any number")
     palette: str = _option(
         "",
-        "Colours that layers may have, parted by commas, as #rrggbb,navy; on the command line also a file that holds "
-        "#rrggbb or lines of red, green and blue (GIMP's palettes). Empty for any",
+        "Colours that layers may have, separated by commas, as #rrggbb,navy; on the command line also a file of "
+        "#rrggbb or of lines of red, green and blue (GIMP's palettes). Empty for any",
     )
-    untangle: bool = _option(True, "Whether outlines that cross themselves lose their loops in the course of a stage")
+    untangle: bool = _option(True, "Remove the loops of outlines that cross themselves, during each stage")
     trim: bool = _option(
         True,
-        "Whether outlines that hang far over the page are cut at the end to a bleed of a sixtieth of its longer side",
+        "Cut outlines at the end to a bleed of a sixtieth of the page's longer side",
     )
     background: str = _option(
         "picture",
-        'A colour, as "white" or "#rrggbb"; "none": colour and alpha of the picture are the target; "auto": the '
-        'colour of the border; "train" to start from white and train it; "picture": "none" where the '
-        'picture has alpha, "auto" where its border is of one colour, and "white" else',
+        'Background: a colour, as "white" or "#rrggbb"; "none": transparent, colour and alpha of the picture are the '
+        'target; "auto": the colour of the border; "train": white at first, then trained; "picture": "none" for '
+        'pictures with alpha, "auto" where the border has one colour, else "white"',
     )
-    radius: float = _option(5.0, "Radius of the circle, px")
+    radius: float = _option(5.0, "Radius of new paths of shape circle, px")
     tau: float = _option(10.0, "Reach of the distance weight, px")
-    color_threshold: float = _option(0.1, "Differences of colour under it count as right already, c_alpha")
-    bins: int = _option(200, "Bins of about equal population that the other differences are sorted into")
+    color_threshold: float = _option(
+        0.1, "Colour differences below this count as right in the paper's placement, c_alpha"
+    )
+    bins: int = _option(200, "Bins of about equal population for the other differences")
     learning_rate: float = _option(
         1.0,
-        "Adam's step for control points, px; at most 0.3 for outlines of whole shapes, which are known more closely",
+        "Adam's step for control points, px; at most 0.3 for outlines of placement structure, which start closer",
     )
     color_learning_rate: float = _option(0.01, "Adam's step for colours")
     full_rate_side: float = _option(
         240.0,
-        "Longer side of a canvas, px, from which on control points have all of their learning rate; on smaller "
-        "canvases it is less in proportion. 0 for all of it on any",
+        "Longer side of a canvas, px, below which the learning rate of control points falls in proportion; 0 for the "
+        "same rate on any canvas",
     )
-    decay: float = _option(1.0, "Factor of the learning rates after each 500 steps of a path's age; 1 for none")
+    decay: float = _option(1.0, "Factor of a path's learning rates after each 500 steps; 1 for none")
     new_color: Literal["target", "random"] = _option(
         "target",
-        "Fill of new paths: the target's colour at the centre, or any colour and opacity",
+        "Fill of new paths: the target's colour at the centre, or a random colour and opacity",
     )
     opacity: Literal["snap", "train", "opaque"] = _option(
         "snap",
-        "Whether the opacity of fills is trained, and becomes 1 where it is above 0.9 in the second half of a "
-        "stage; is trained only; or stays at that of new paths",
+        "Opacity of fills. snap: trained, and 1 where it exceeds 0.9 in the second half of a stage; train: trained; "
+        "opaque: that of new paths",
     )
     fills: Literal["auto", "solid", "linear", "radial"] = _option(
         "solid",
-        "What may fill a layer: one colour, or a gradient where that is worth the numbers that describe it, of either "
-        "or of one kind",
+        "Fill of layers: one colour (solid), or a gradient where it lowers the error by more than its numbers cost: "
+        "linear, radial, or either (auto)",
     )
     strokes: Literal["off", "auto", "only"] = _option(
         "off",
-        "Line art as strokes along centre lines: auto where strokes explain most of the ink, with fills for the rest, "
-        "only without fills",
+        "Draw line art as strokes along centre lines. auto: where strokes explain most of the ink, with fills for the "
+        "rest; only: strokes alone",
     )
     variant: Literal["paper", "released"] = _option(
         "paper",
-        "Whose distance weight, Xing loss and placement rule: the text's, or the authors' program's",
+        "Distance weight, Xing loss and placement rule of the paper's text, or of the authors' released program",
     )
 
     def __post_init__(self) -> None:

@@ -226,9 +226,7 @@ def test_numbers_of_numpy_are_kept_as_pythons_own() -> None:
 def test_the_docstring_has_every_field() -> None:
     text = inspect.getdoc(Options) or ""
     assert "\nRaises\n------\n" in text and max(map(len, text.splitlines())) <= 120
-    assert (
-        '\nloss : "udf" or "mse"\n    Squared error under the distance weight (eq. 1-2), or its plain mean.\n' in text
-    )
+    assert '\nloss : "udf" or "mse"\n    Loss: squared error weighted by distance (udf, eq. 1-2) or ' in text
     for field in dataclasses.fields(Options):
         assert f"\n{field.name} : " in text
 
