@@ -234,9 +234,11 @@ def _explaining(
 ) -> Structure | None:
     pixels = np.frombuffer(data, np.float32).reshape(shape)
     if noise_level(pixels.astype(np.float64)):
-        flat = _flat(data, shape, ground, check)
-        if flat.regions.noise and _many_explained(flat.regions) and (explaining := _judged(flat, most)) is not None:
-            return explaining
+        flat = _regions(data, shape)
+        if flat.noise and _many_explained(flat):
+            explaining = _judged(_flat(data, shape, ground, check), most)
+            if explaining is not None:
+                return explaining
     share, slopes, cores = flatness(pixels)
     if shading is not None and slopes > SOME_SLOPES:
         regions = smooth_regions(pixels, shading.price * pixels.size, shading.kinds)
@@ -246,13 +248,17 @@ def _explaining(
                 return explaining
     if share < CORE_SHARE or slopes > MOST_SLOPES or cores > _most_regions(shape):
         return None
-    flat = _flat(data, shape, ground, check)
-    return _judged(flat, most) if _many_explained(flat.regions) else None
+    return _judged(_flat(data, shape, ground, check), most) if _many_explained(_regions(data, shape)) else None
 
 
 @functools.lru_cache(maxsize=2)
 def _flat(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check: _Check) -> Structure:
-    return _structure_of(flat_regions(np.frombuffer(data, np.float32).reshape(shape)), np.array(ground), check)
+    return _structure_of(_regions(data, shape), np.array(ground), check)
+
+
+@functools.lru_cache(maxsize=2)
+def _regions(data: bytes, shape: tuple[int, ...]) -> FlatRegions:
+    return flat_regions(np.frombuffer(data, np.float32).reshape(shape))
 
 
 def _most_regions(shape: tuple[int, ...]) -> float:

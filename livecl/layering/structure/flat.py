@@ -8,6 +8,7 @@ it; what no mixture explains (thin lines, small parts) becomes a core itself.
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +83,14 @@ class FlatRegions:
 
     def alike(self, a: int, b: int) -> bool:
         """Whether two regions have one fill."""
-        return bool(self.near(self.colors[a])[b])
+        if a not in self._alike:
+            self._alike[a] = self.near(self.colors[a])
+        return bool(self._alike[a][b])
+
+    @functools.cached_property
+    def _alike(self) -> dict[int, NDArray[np.bool_]]:
+        """What :meth:`near` returned for the colours of regions that were asked for."""
+        return {}
 
     def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
         """Return by how much the error rises where one fill stands for some regions and others: 0 or infinite."""
