@@ -67,9 +67,16 @@ def test_gradients_and_stops_are_taken_for_their_worth() -> None:
     assert len(fit(fills)[0].stops) == 3
     solid = fit(fills, price=1e9)[0]
     assert solid.kind == SOLID
-    # At a price between what the line of two stops is worth and that of a third one, it has two.
-    gain = solid.error - fit_paint(disc(), rounded(fills, disc()), np.ones(len(disc())), PRICE, ("linear",)).error
-    assert fit(fills, price=gain)[0].kind == SOLID
+
+
+@pytest.mark.parametrize(("share", "kind"), [(0.9, LINEAR), (1.1, SOLID)])
+def test_a_gradient_is_taken_up_to_its_worth(share: float, kind: int) -> None:
+    points = disc()
+    colors = rounded(Fills.linear((4, 0), (130, 70), [WARM, COOL]), points)
+    solid, linear = (fit_paint(points, colors, np.ones(len(points)), PRICE, kinds) for kinds in ((), ("linear",)))
+    assert len(linear.stops) == 2
+    worth = (solid.error - linear.error) / (linear.numbers - solid.numbers)
+    assert fit_paint(points, colors, np.ones(len(points)), share * worth, ("linear",)).kind == kind
 
 
 def test_other_kinds_are_left_out() -> None:
@@ -85,3 +92,31 @@ def test_degenerate_pixels_have_a_fill() -> None:
         paint = fit_paint(points, colors, np.ones(len(points)), 0.0)
         assert np.isfinite(paint.error) and np.isfinite(paint.at(points)).all()
         assert paint.error < 1e-3 * len(points)
+
+
+def test_level_lines_of_a_turned_ellipse_are_followed_from_its_middle_outwards() -> None:
+    """Colours that rise with a quadratic form have ellipses of its axes as level lines, whatever their scale."""
+    points, turn = disc(), np.deg2rad(30)
+    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    along = (points - (50, 30)) @ axes.T / (80, 40)
+    level = np.square(along).sum(axis=1)[:, None]
+    colors = np.array(WARM) + np.clip(level / 2, 0, 1) * (np.array(COOL) - np.array(WARM))
+    paint = fit_paint(points, colors, np.ones(len(points)), PRICE)
+    assert paint.kind == RADIAL
+    center, *ends = paint.geometry
+    np.testing.assert_allclose(center, (50, 30), atol=0.5)
+    arms = np.array(ends) - center
+    longer, shorter = arms[np.argsort(-np.linalg.norm(arms, axis=1))]
+    assert np.linalg.norm(longer) / np.linalg.norm(shorter) == pytest.approx(2, rel=0.03)
+    assert abs(longer @ axes[1]) < np.sin(np.deg2rad(2)) * np.linalg.norm(longer)
+
+
+def test_a_radial_gradient_pays_for_its_further_numbers() -> None:
+    """A ramp is a line's, though circles from far away bend less than the rounding of colours shows."""
+    points = disc()
+    colors = rounded(Fills.radial((-2000, 40), (2300, 40), (-2000, 4340), [WARM, COOL], [0.46, 0.5]), points)
+    linear = fit_paint(points, colors, np.ones(len(points)), PRICE, ("linear",))
+    radial = fit_paint(points, colors, np.ones(len(points)), 0.0, ("radial",))
+    worth = (linear.error - radial.error) / (radial.numbers - linear.numbers)
+    assert worth > 0
+    assert fit_paint(points, colors, np.ones(len(points)), 2 * worth).kind == LINEAR
