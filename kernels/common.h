@@ -45,15 +45,19 @@ typedef CONCAT(MASK, LANES) maskv;
 // Rounding of A where a pixel is full but for it: some ten deposits that add up to 1.
 #define KINK ((real)16 * REAL_EPSILON)
 
-// The canvas, and the band that is worked on. Where layers need more memory than allowed, the canvas is worked on in bands
-// of strips, one after the other, in the same buffers. Sums go on from band to band.
+// The canvases of one or more drawings, stacked, and the band that is worked on. Coordinates are those of the drawing's own
+// canvas: strip `period` is the first of the second drawing, at y = 0. Where layers need more memory than allowed, the strips
+// are worked on in bands, one after the other, in the same buffers. Sums go on from band to band.
 typedef struct {
-    int width, height;            // px
-    int num_strips, num_tiles;    // strips of the canvas, tiles of a strip
+    int width, height;            // px, of a canvas
+    int num_strips, num_tiles;    // strips of all canvases, tiles of a strip
+    int period;                   // strips of a canvas
     int first_span, last_span;    // of the band; the last is past the last
     int first_strip, last_strip;  // likewise
 } Grid;
 
+inline int grid_drawings(Grid grid) { return grid.num_strips / grid.period; }
+inline int grid_top(Grid grid, int strip) { return strip % grid.period * LANES; }  // y of a strip's first row
 inline int grid_columns(Grid grid) { return grid.num_tiles * TILE; }
 inline int grid_plane(Grid grid) { return grid.num_strips * grid.num_tiles * TILE; }  // vectors of an image plane
 
@@ -174,20 +178,30 @@ inline real sum_lanes(realv v)
     return quarter_sum.x + quarter_sum.y;
 }
 
-// `params`: background (3), where the fills begin (1), colours (N, 4), points (M, 3, 2), fills (fill.h).
+// `params`: where the fills begin (1), nothing (3), colours (N, 4), points (M, 3, 2), backgrounds (one a drawing, 4:
+// RGB and nothing), fills (fill.h).
 inline __global const real *params_color(__global const real *params, int layer) { return params + 4 + 4 * layer; }
 inline __global const real *params_points(__global const real *params, int num_layers, int segment)
 {
     return params + 4 + 4 * num_layers + 6 * segment;
 }
+inline __global const real *params_background(__global const real *params, __global const Tables *tables, int drawing)
+{
+    return params_points(params, tables->num_layers, tables->num_segments) + 4 * drawing;
+}
 
-// `result`: loss and d_background (1 + 3), d_colors (N, 4), d_cubics (M, 4, 2), sums of d_fills (N, reals of a record).
-inline __global real4 *result_colors(__global real *result) { return (__global real4 *)(result + 4); }
+// `result`: d_colors (N, 4), d_cubics (M, 4, 2), loss and d_background of each drawing (1 + 3), sums of d_fills (N, reals of a
+// record).
+inline __global real4 *result_colors(__global real *result) { return (__global real4 *)result; }
 inline __global real *result_cubics(__global const Tables *tables, __global real *result, int segment)
 {
-    return result + 4 + 4 * tables->num_layers + 8 * segment;
+    return result + 4 * tables->num_layers + 8 * segment;
 }
-inline __global real *result_fills(__global const Tables *tables, __global real *result)
+inline __global real4 *result_drawings(__global const Tables *tables, __global real *result)
 {
-    return result_cubics(tables, result, tables->num_segments);
+    return (__global real4 *)result_cubics(tables, result, tables->num_segments);
+}
+inline __global real *result_fills(Grid grid, __global const Tables *tables, __global real *result)
+{
+    return (__global real *)(result_drawings(tables, result) + grid_drawings(grid));
 }

@@ -17,12 +17,12 @@ __kernel void composite_forward(Grid grid, __global const real *params, __global
 {
     int strip, tile;
     if (!grid_tile(grid, get_global_id(0), &strip, &tile)) return;
-    Site site = site_at(params, tables, cells, strip, tile, 1);
+    Site site = site_at(grid, params, tables, cells, strip, tile, 1);
     int row = (strip * grid.num_tiles + tile) * TILE, plane = grid_plane(grid);
     int step = site.edges ? 1 : TILE, span = site.first;
     Stack stack;
     Color color[TILE];
-    for (int column = 0; column < TILE; column += step) color[column] = background_color(params);
+    for (int column = 0; column < TILE; column += step) color[column] = background_color(site.background);
     for (int above = site.num_layers, count = lowest_run(above); above > 0; above -= count, count = DEPTH) {
         span = stack_upwards(site, span, count, &stack);
         for (int column = 0; column < TILE; column += step) stack_forward(site, &stack, column, &color[column], 0);
@@ -131,7 +131,7 @@ inline void keep_colors(Site site, int step)
     Stack stack;
     Color color[TILE];
     int count = lowest_run(site.num_layers), span = stack_upwards(site, site.first, count, &stack);
-    for (int column = 0; column < TILE; column += step) color[column] = background_color(site.params);
+    for (int column = 0; column < TILE; column += step) color[column] = background_color(site.background);
     for (int above = site.num_layers - count; above > 0; above -= DEPTH) {
         for (int column = 0; column < TILE; column += step) stack_forward(site, &stack, column, &color[column], 0);
         span = stack_upwards(site, span, DEPTH, &stack);
@@ -182,7 +182,7 @@ inline void tile_backward(Site site, const Objective *objective, __global real4 
             for (int i = 0; i < CHANNELS; i++) d_color[k].c[i] = 0;
         }
         for (int column = 0; column < TILE; column += step) {
-            Color color = lower > 0 ? kept_color(&stack, column, site.scratch) : background_color(site.params);
+            Color color = lower > 0 ? kept_color(&stack, column, site.scratch) : background_color(site.background);
             stack_forward(site, &stack, column, &color, below);
             Color *gradient = &g[column];
             if (topmost) {
@@ -239,7 +239,7 @@ __kernel void composite_backward(Grid grid, __global const real *params, __globa
 {
     int id = get_global_id(0), strip, tile;
     if (!grid_tile(grid, id, &strip, &tile)) return;
-    Site site = site_at(params, tables, cells, strip, tile, 2);
+    Site site = site_at(grid, params, tables, cells, strip, tile, 2);
     Objective objective = objective_of(grid, strip, tile, d_image, 0);
     TileSums sums = tile_sums_of(grid, tables, d_tiles);
     tile_backward(site, &objective, sums.d_colors, sums.d_canvas + id, sums.d_fills);
@@ -254,7 +254,7 @@ __kernel void composite_loss(Grid grid, __global const real *params, __global co
 {
     int id = get_global_id(0), strip, tile;
     if (!grid_tile(grid, id, &strip, &tile)) return;
-    Site site = site_at(params, tables, cells, strip, tile, 2);
+    Site site = site_at(grid, params, tables, cells, strip, tile, 2);
     Objective objective = objective_of(grid, strip, tile, 0, target);
     for (int i = 0; i < TILE; i++) objective.weight[i] = scale * weight[objective.row + i];
     TileSums sums = tile_sums_of(grid, tables, d_tiles);
@@ -270,7 +270,7 @@ __kernel void composite_distance_loss(Grid grid, __global const real *params, __
 {
     int id = get_global_id(0), strip, tile;
     if (!grid_tile(grid, id, &strip, &tile)) return;
-    Site site = site_at(params, tables, cells, strip, tile, 2);
+    Site site = site_at(grid, params, tables, cells, strip, tile, 2);
     Objective objective = objective_of(grid, strip, tile, 0, target);
     Distances at = distances_of(distance_tables, distances);
     __global const int4 *spans = spans_of(distance_tables);

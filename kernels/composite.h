@@ -34,22 +34,22 @@ inline Color splat_color(__global const real *rgb)
     return color;
 }
 
-inline Color background_color(__global const real *params)
+inline Color background_color(__global const real *rgb)
 {
     Color color;
-    for (int i = 0; i < CHANNELS; i++) color.c[i] = (realv)(CHANNELS == 3 ? params[i] : (real)0);
+    for (int i = 0; i < CHANNELS; i++) color.c[i] = (realv)(CHANNELS == 3 ? rgb[i] : (real)0);
     return color;
 }
 
 #include "fill.h"
 
 typedef struct {
-    __global const real *params;
+    __global const real *params, *background;
     __global const int4 *spans;
     __global const int *tile_state;
     __global const realv *area;
     __global realv *scratch;
-    int strip, tile;
+    int top, tile;
     int bottom, first, last;  // spans of the strip; those from `first` on count
     int covered;      // nothing below `first` shows: the lowest layer that counts is opaque all over the tile
     int num_layers;   // how many of these spans' layers are there
@@ -67,13 +67,14 @@ inline int site_tile(Site site, int span_id)
 
 // Leave out hidden layers: all below the num_opaque-th layer from the top that is opaque all over the tile. For colours
 // one such layer is enough; the gradient of its opacity needs the layers below, down to the next.
-inline Site site_at(__global const real *params, __global const Tables *tables, __global realv *cells, int strip,
-                    int tile, int num_opaque)
+inline Site site_at(Grid grid, __global const real *params, __global const Tables *tables, __global realv *cells,
+                    int strip, int tile, int num_opaque)
 {
     __global const int *strip_spans = table_at(tables, tables->strip_offsets) + strip;
     Cells at = cells_of(tables, cells);
-    Site site = {params, spans_of(tables), at.tile_state,  at.area,        at.scratch, strip,
-                 tile,   strip_spans[0],   strip_spans[0], strip_spans[1], 0,          0, 0};
+    __global const real *background = params_background(params, tables, strip / grid.period);
+    Site site = {params, background, spans_of(tables), at.tile_state,  at.area, at.scratch, grid_top(grid, strip),
+                 tile,   strip_spans[0],   strip_spans[0], strip_spans[1], 0, 0, 0};
     for (int k = site.last - 1; k >= site.first; k--) {
         int index = site_tile(site, k);
         if (index < 0) continue;
@@ -137,7 +138,7 @@ inline realv site_coverage(Site site, int tile, int column)
 #if FILLS
 // Pixel centres of a tile's column.
 inline real site_x(Site site, int column) { return (real)(site.tile * TILE + column) + (real)0.5; }
-inline realv site_y(Site site) { return lane_rows() + ((real)(site.strip * LANES) + (real)0.5); }
+inline realv site_y(Site site) { return lane_rows() + ((real)site.top + (real)0.5); }
 
 inline Paint layer_paint(Site site, int layer, int column)
 {

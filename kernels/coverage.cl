@@ -73,7 +73,7 @@ inline void cover_span(int id, Grid grid, __global const Tables *tables, __globa
     int4 span = spans_of(tables)[id];
     Row row = {span, tile_state, area, height, -1, -1};
     int layer = span_layer(span), num_columns = grid_columns(grid);
-    real top = span_strip(span) * LANES, bottom = top + LANES;
+    real top = grid_top(grid, span_strip(span)), bottom = top + LANES;
     for (int tile = span_first(span); tile < span_last(span); tile++) tile_state[span_tile(span, tile)] = 0;
 
     for (int segment = outlines.layer_segments[layer]; segment < outlines.layer_segments[layer + 1]; segment++) {
@@ -147,7 +147,7 @@ __kernel void coverage_planes(Grid grid, __global const Tables *tables, __global
     }
 }
 
-// The cells of a layer in the strips of a band, looked up by pixel.
+// The cells of a layer in the strips of a band, looked up by pixel. Strips are counted from the first of the layer's canvas.
 typedef struct {
     __global const int4 *spans;
     __global const int *layer_spans;  // of the layer, by strip
@@ -161,13 +161,14 @@ inline Lookup lookup_of(Grid grid, __global const Tables *tables, __global realv
 {
     Cells at = cells_of(tables, cells);
     int2 strips = layer_strips(tables, layer);
+    int origin = strips_first(strips) / grid.period * grid.period;
     Lookup lookup = {spans_of(tables),
-                     table_at(tables, tables->layer_spans) + strips.x,
+                     table_at(tables, tables->layer_spans) + strips.x + origin,
                      at.tile_state,
                      (__global const real *)at.area,
                      (__global const real *)at.scratch,
-                     max(grid.first_strip, strips_first(strips)),
-                     min(grid.last_strip, strips_last(strips)),
+                     max(grid.first_strip, strips_first(strips)) - origin,
+                     min(grid.last_strip, strips_last(strips)) - origin,
                      -1,
                      -1,
                      -1};
@@ -231,8 +232,9 @@ __kernel void coverage_backward(Grid grid, __global const Tables *tables, __glob
     int on_row_border = d.y == 0 && d.x != 0 && line.y == floor_of(line.y);
     int steep = MAGNITUDE(d.y) >= MAGNITUDE(d.x), sign_x = normal.x < 0 ? -1 : 1, sign_y = normal.y < 0 ? -1 : 1;
     real start = steep ? line.y : line.x, per_px = 1 / (steep ? d.y : d.x);
-    int top = grid.first_strip * LANES, bottom = min(grid.height, grid.last_strip * LANES);  // rows beyond the band have their own turn
-    int some = MAGNITUDE(d.x) >= FLAT || MAGNITUDE(d.y) >= FLAT;
+    // Rows beyond the layer's strips have no cells, those beyond the band have their own turn.
+    int top = lookup.first_strip * LANES, bottom = min(grid.height, lookup.last_strip * LANES);
+    int some = top < bottom && (MAGNITUDE(d.x) >= FLAT || MAGNITUDE(d.y) >= FLAT);
     if (some && clip_y(&part, top, bottom) && clip_x(&part, 0, grid.width)) {
         Walk walk = walk_begin(part);
         while (walk_next(&walk)) {

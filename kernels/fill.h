@@ -24,7 +24,7 @@
 
 #if FILLS
 #define RADIAL 2
-// Layout of the fills in `params`, from params[3] on: reals of a record of d_fills (4); of each layer (12): kind, first stop,
+// Layout of the fills in `params`, from params[0] on: reals of a record of d_fills (4); of each layer (12): kind, first stop,
 // number of stops, t at the origin, origin (2), A (2, 2), nothing (2); of each stop (6): o, 1 / w or 0, RGBA.
 // A record: d_u, d_v, d_A (2, 2), and of each stop (5): d_o, d_c.
 #define FILL_REALS 12
@@ -41,7 +41,7 @@ typedef struct {
     realv x, y, u, v, t;  // q, A q
 } Place;
 
-inline __global const real *params_fills(__global const real *params) { return params + (int)params[3]; }
+inline __global const real *params_fills(__global const real *params) { return params + (int)params[0]; }
 inline int record_reals(__global const real *params) { return (int)params_fills(params)[0]; }
 inline __global const real *layer_fill(__global const real *params, int layer)
 {

@@ -4,19 +4,21 @@
 #include "common.h"
 #include "composite.h"
 
-// Work-item: one layer; one more for the sums over the whole canvas.
+// Work-item: one layer; one more for the sums over each drawing's canvas.
 //
 // tables, cells, d_tiles  in       result  out: loss, d_background, d_colors
 __kernel void reduce_tiles(Grid grid, __global const Tables *tables, __global realv *cells, __global real4 *d_tiles,
                            __global real *result)
 {
-    int layer = get_global_id(0), num_layers = tables->num_layers;
-    if (layer > num_layers) return;
+    int layer = get_global_id(0), drawing = layer - tables->num_layers;
+    if (drawing >= grid_drawings(grid)) return;
     TileSums sums = tile_sums_of(grid, tables, d_tiles);
-    __global real4 *out = layer == num_layers ? (__global real4 *)result : result_colors(result) + layer;
+    __global real4 *out = drawing >= 0 ? result_drawings(tables, result) + drawing : result_colors(result) + layer;
     real4 sum = grid.first_strip > 0 ? *out : (real4)0;
-    if (layer == num_layers) {
-        for (int i = 0; i < (grid.last_strip - grid.first_strip) * grid.num_tiles; i++) sum += sums.d_canvas[i];
+    if (drawing >= 0) {
+        int first = max(grid.first_strip, drawing * grid.period) - grid.first_strip;
+        int end = min(grid.last_strip, (drawing + 1) * grid.period) - grid.first_strip;
+        for (int i = first * grid.num_tiles; i < end * grid.num_tiles; i++) sum += sums.d_canvas[i];
         *out = sum;
         return;
     }
@@ -42,7 +44,7 @@ __kernel void reduce_fills(Grid grid, __global const real *params, __global cons
 #if FILLS
     int layer = get_global_id(0), num_reals = record_reals(params);
     if (layer >= tables->num_layers) return;
-    __global real *sum = result_fills(tables, result) + layer * num_reals;
+    __global real *sum = result_fills(grid, tables, result) + layer * num_reals;
     if (grid.first_strip == 0)
         for (int i = 0; i < num_reals; i++) sum[i] = 0;
     if (!is_gradient(params, layer)) return;

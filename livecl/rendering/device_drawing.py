@@ -14,7 +14,8 @@ from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import pieces_for
 from livecl.opencl.launcher import Launcher
 from livecl.rendering.fills import pack_fills
-from livecl.rendering.layout import pack_tables
+from livecl.rendering.layout import HEAD, pack_tables
+from livecl.rendering.stacks import Stack
 from livecl.rendering.tiling import Grid, IntArray, Spans, plan_spans
 
 #: Pixels that boxes reach beyond the outline, so that rounding and edges exactly on a tile's border stay inside.
@@ -71,7 +72,7 @@ class Scene:
     launcher : Launcher
         Where buffers live and kernels run.
     grid : Grid
-        Strips and tiles of the canvas.
+        Strips and tiles of the canvas, or canvases.
     tolerance : float
         Distance px between curve and lines where the caller does not say how many lines.
     max_tiles : int
@@ -86,22 +87,28 @@ class Scene:
         self.drawing: Drawing | None = None
         self._bounds: NDArray[np.float64] = np.zeros((0, 4))  # (N, 4), times `_OUTWARDS`
         self._outlines: dict[str, _Outlines] = {}
+        self._stack: Stack | None = None
 
-    def load(self, drawing: Drawing) -> bool:
-        """Put the drawing's numbers on the device; return whether it is of another structure than the one before."""
+    def load(self, drawing: Drawing, stack: Stack | None = None) -> bool:
+        """Put the drawing's numbers on the device; return whether it is of another structure than the one before.
+
+        With a stack, its layers are those of the stack's drawings, and lie on as many canvases.
+        """
         if drawing.size != (self.grid.height, self.grid.width):
             raise ValueError(f"drawing: size {drawing.size}, wanted {(self.grid.height, self.grid.width)}")
         changed = self.drawing is None or not self.drawing.same_structure(drawing)
         if changed:
             self._outlines.clear()
-        self.drawing = drawing
+        self.drawing, self._stack = drawing, stack
         self._bounds = _OUTWARDS * layer_boxes(drawing)
-        background = np.zeros(3) if drawing.background is None else drawing.background
-        start, colors, packed = 0, drawing.colors, np.zeros(0)
+        backgrounds = np.zeros((self.grid.count, HEAD))
+        if drawing.background is not None:
+            backgrounds[:, :3] = drawing.background if stack is None else stack.backgrounds
+        head, colors, packed = np.zeros(HEAD), drawing.colors, np.zeros(0)
         if drawing.fills.any_gradients:
-            start, packed = 4 + drawing.colors.size + drawing.points.size, pack_fills(drawing.fills)
+            head[0], packed = HEAD + colors.size + drawing.points.size + backgrounds.size, pack_fills(drawing.fills)
             colors = _with_least_opacities(drawing)
-        numbers = background, np.array([start]), colors.ravel(), drawing.points.ravel(), packed
+        numbers = head, colors.ravel(), drawing.points.ravel(), backgrounds.ravel(), packed
         self.launcher.write_reals("params", *numbers)
         return changed
 
@@ -156,6 +163,8 @@ class Scene:
             return False
         boxes = self.grid.boxes(_OUTWARDS * self._bounds, margin + SLACK)
         outlines.limits = _OUTWARDS * self.grid.limits(boxes, margin)
+        if self._stack is not None:
+            boxes[:, 1::2] += self.grid.period * self._stack.layer_drawings[:, None]
         outlines.spans = plan_spans(boxes, self.grid, self.max_tiles)
         return True
 

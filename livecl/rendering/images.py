@@ -23,7 +23,7 @@ class DeviceImage:
 
 
 def upload(opened: OpenDevice, grid: Grid, image: NDArray[Any]) -> DeviceImage:
-    """Put an image (H, W) or (H, W, C) on the device."""
+    """Put an image (H, W) or (H, W, C), or one for each canvas (count, H, W, C), on the device."""
     planes = grid.pack(image, image.dtype)
     buffer = opened.buffer("image", planes.nbytes)
     cl.enqueue_copy(opened.queue, buffer, planes)
@@ -31,7 +31,7 @@ def upload(opened: OpenDevice, grid: Grid, image: NDArray[Any]) -> DeviceImage:
 
 
 def download(opened: OpenDevice, grid: Grid, image: DeviceImage, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return an image that is on the device: (H, W, C)."""
+    """Return an image that is on the device: (H, W, C), or (count, H, W, C) of many canvases."""
     planes = np.empty((image.channels, grid.num_strips, grid.num_columns, grid.lanes), dtype)
     cl.enqueue_copy(opened.queue, planes, image.buffer)
     return grid.unpack(planes)

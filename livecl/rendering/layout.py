@@ -13,7 +13,8 @@ from livecl.drawing.drawing import Drawing
 from livecl.rendering.fills import record_reals
 from livecl.rendering.tiling import TILE, Grid, IntArray, Spans
 
-#: Numbers at the begin of `params` and of `result`; numbers of a colour, of a segment's points and of its cubic.
+#: Numbers at the begin of `params`, and of each drawing there and in `result`; of a colour, a segment's points and
+#: its cubic.
 HEAD, COLOR, POINTS, CUBIC = 4, 4, 6, 8
 #: Numbers of a line (x0, y0, x1, y1) and of the bounds of a segment's lines.
 LINE = 4
@@ -53,7 +54,7 @@ class Sizes:
     Attributes
     ----------
     grid : Grid
-        Strips and tiles of the canvas.
+        Strips and tiles of the canvas, or canvases.
     real : int
         Bytes of a number.
     num_layers, num_segments : int
@@ -103,17 +104,18 @@ class Sizes:
     @property
     def num_results(self) -> int:
         """Numbers of `result`."""
-        return HEAD + (COLOR + self.record) * self.num_layers + CUBIC * self.num_segments
+        return HEAD * self.grid.count + (COLOR + self.record) * self.num_layers + CUBIC * self.num_segments
 
     def split_result(self, result: NDArray[Any]) -> tuple[NDArray[Any], ...]:
-        """Split `result` into loss and d_background (4,), d_colors (N, 4), d_cubics (M, 4, 2), records (N, record)."""
-        colors = HEAD + COLOR * self.num_layers
+        """Split `result`: d_colors (N, 4), d_cubics (M, 4, 2), losses and d_background (count, 4), records."""
+        colors = COLOR * self.num_layers
         cubics = colors + CUBIC * self.num_segments
+        heads = cubics + HEAD * self.grid.count
         return (
-            result[:HEAD],
-            result[HEAD:colors].reshape(-1, COLOR),
+            result[:colors].reshape(-1, COLOR),
             result[colors:cubics].reshape(-1, 4, 2),
-            result[cubics:].reshape(self.num_layers, self.record),
+            result[cubics:heads].reshape(-1, HEAD),
+            result[heads:].reshape(self.num_layers, self.record),
         )
 
     @property

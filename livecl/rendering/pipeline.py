@@ -16,6 +16,7 @@ from livecl.rendering.device_drawing import Placed, Scene, Use
 from livecl.rendering.fills import fill_gradients
 from livecl.rendering.gradients import Gradients
 from livecl.rendering.layout import Sizes
+from livecl.rendering.stacks import Stack
 from livecl.rendering.tiling import Band, Grid, Spans
 
 
@@ -50,15 +51,15 @@ class Pipeline:
 
     def __init__(self, launcher: Launcher, grid: Grid, tolerance: float, max_tiles: int) -> None:
         self.launcher = launcher
-        self._grid = grid
+        self.grid = grid
         self._scene = Scene(launcher, grid, tolerance, max_tiles)
         self._sizes = Sizes(grid, launcher.dtype.itemsize, num_layers=0, num_segments=0, record=0)
         self._room: tuple[Any, ...] = ()  # what there is room for
 
-    def load(self, drawing: Drawing) -> None:
-        """Put the drawing on the device that all other methods work on."""
-        if drawing is not self._scene.drawing and self._scene.load(drawing):
-            self._sizes = Sizes.of(drawing, self._grid, self.launcher.dtype.itemsize)
+    def load(self, drawing: Drawing, stack: Stack | None = None) -> None:
+        """Put the drawing, that of a stack where the grid has many canvases, on the device: all else works on it."""
+        if drawing is not self._scene.drawing and self._scene.load(drawing, stack):
+            self._sizes = Sizes.of(drawing, self.grid, self.launcher.dtype.itemsize)
 
     def render(self, channels: int, pieces: ArrayLike | None) -> Any:
         """Return the buffer of the image's planes."""
@@ -79,7 +80,7 @@ class Pipeline:
         self._scene.flatten(use)
         for band in placed.spans.each_band:
             self._cover(band)
-            self.launcher("coverage_planes", num_layers * band.num_tiles // self._grid.num_tiles, "coverage")
+            self.launcher("coverage_planes", num_layers * band.num_tiles // self.grid.num_tiles, "coverage")
         return self.launcher.buffer("planes")
 
     def weigh(self, weight: DistanceWeight, closest_from: int | None = None) -> Any:
@@ -201,18 +202,19 @@ class Pipeline:
                 self._cover(band)
             run(composite, band.num_tiles, "coverage")
             run("coverage_backward", placed.num_lines, "coverage")
-            run("reduce_tiles", drawing.num_layers + 1, "coverage")
+            run("reduce_tiles", drawing.num_layers + self.grid.count, "coverage")
             if sizes.record:
                 run("reduce_fills", drawing.num_layers, "coverage")
         run("flatten_backward", drawing.num_segments, "coverage")
 
         def finish() -> tuple[float, Gradients]:
             result = run.read("result", sizes.num_results).astype(np.float64)
-            head, d_colors, d_cubics, records = sizes.split_result(result)
+            d_colors, d_cubics, heads, records = sizes.split_result(result)
             d_points = d_cubics[:, :3].copy()
             d_points[drawing.next_segments, 0] += d_cubics[:, 3]
             d_fills = fill_gradients(drawing.fills, records) if sizes.record else None
-            d_background = None if drawing.background is None else head[1:]
-            return float(head[0]), Gradients(d_points, d_colors, d_background, d_fills)
+            d_backgrounds = heads[:, 1:] if self.grid.count > 1 else heads[0, 1:]
+            d_background = None if drawing.background is None else d_backgrounds
+            return float(heads[0, 0]), Gradients(d_points, d_colors, d_background, d_fills)
 
         return finish

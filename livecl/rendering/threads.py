@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import threading
 from typing import Any
 
@@ -14,6 +15,7 @@ from livecl.errors import check_type
 from livecl.opencl.device import OpenDevice
 from livecl.opencl.launcher import Launcher
 from livecl.rendering.pipeline import Pipeline
+from livecl.rendering.stacks import Stack
 from livecl.rendering.strokes import Filled
 from livecl.rendering.tiling import Grid
 
@@ -48,20 +50,28 @@ class Workspace(threading.local):
     def __init__(self, opened: OpenDevice, grid: Grid, dtype: np.dtype[Any], tolerance: float, max_tiles: int) -> None:
         self._opened, self._grid, self._dtype = opened, grid, dtype
         self._tolerance, self._max_tiles = tolerance, max_tiles
-        self._pipelines: dict[tuple[int, bool], Pipeline] = {}
+        self._pipelines: dict[tuple[int, bool, bool], tuple[int, Pipeline]] = {}
         self.rendered: tuple[Filled, ArrayLike | None] | None = None
 
-    def pipeline(self, channels: int, fills: bool = False) -> Pipeline:
-        """Return the pipeline for images of that many channels, for drawings with gradient fills or without."""
-        if (channels, fills) not in self._pipelines:
-            launcher = Launcher(self._opened, self._dtype, channels, fills)
-            self._pipelines[channels, fills] = Pipeline(launcher, self._grid, self._tolerance, self._max_tiles)
-        return self._pipelines[channels, fills]
+    def pipeline(self, channels: int, fills: bool = False, count: int = 1) -> Pipeline:
+        """Return the pipeline for images of that many channels, for drawings with gradient fills or without.
 
-    def loaded(self, drawing: Drawing) -> Pipeline:
-        """Return the drawing's pipeline, with the drawing on the device."""
-        pipeline = self.pipeline(channels_of(drawing), drawing.fills.any_gradients)
-        pipeline.load(drawing)
+        For more than one drawing at a time, `count`, it is made anew where there were as many others last.
+        """
+        kind = channels, fills, count > 1
+        last, pipeline = self._pipelines.get(kind, (0, None))
+        if pipeline is None or last != count:
+            launcher = Launcher(self._opened, self._dtype, channels, fills)
+            grid = dataclasses.replace(self._grid, count=count)
+            pipeline = Pipeline(launcher, grid, self._tolerance, self._max_tiles)
+            self._pipelines[kind] = count, pipeline
+        return pipeline
+
+    def loaded(self, drawing: Drawing, stack: Stack | None = None) -> Pipeline:
+        """Return the drawing's pipeline, with the drawing, or that of a stack, on the device."""
+        count = 1 if stack is None else stack.count
+        pipeline = self.pipeline(channels_of(drawing), drawing.fills.any_gradients, count)
+        pipeline.load(drawing, stack if count > 1 else None)
         return pipeline
 
     def forget(self) -> None:

@@ -21,16 +21,25 @@ IntArray = NDArray[np.int32]
 
 @dataclasses.dataclass(frozen=True)
 class Grid:
-    """A canvas of `height` x `width` px in strips of `lanes` rows and tiles of TILE columns, padded to whole ones."""
+    """A canvas of `height` x `width` px in strips of `lanes` rows and tiles of TILE columns, padded to whole ones.
+
+    With a `count`, as many such canvases, stacked: the strips of one after those of the other.
+    """
 
     height: int
     width: int
     lanes: int
+    count: int = 1
+
+    @property
+    def period(self) -> int:
+        """Strips of a canvas, the last one perhaps reaching beyond it."""
+        return -(-self.height // self.lanes)
 
     @property
     def num_strips(self) -> int:
-        """Strips, the last one perhaps reaching beyond the canvas."""
-        return -(-self.height // self.lanes)
+        """Strips of all canvases."""
+        return self.count * self.period
 
     @property
     def num_tiles(self) -> int:
@@ -43,20 +52,24 @@ class Grid:
         return self.num_tiles * TILE
 
     def pack(self, image: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
-        """Turn an image (H, W, C) or (H, W) into planes (C, num_strips, num_columns, lanes), padded with 0."""
-        image = image.reshape(self.height, self.width, -1)
-        padded = np.zeros((self.num_strips * self.lanes, self.num_columns, image.shape[2]), dtype)
-        padded[: self.height, : self.width] = image
+        """Turn images (count, H, W, C), or one without the axes of 1, into planes (C, num_strips, num_columns, lanes).
+
+        They are padded with 0.
+        """
+        image = image.reshape(self.count, self.height, self.width, -1)
+        padded = np.zeros((self.count, self.period * self.lanes, self.num_columns, image.shape[3]), dtype)
+        padded[:, : self.height, : self.width] = image
         strips = padded.reshape(self.num_strips, self.lanes, self.num_columns, -1)
         return np.ascontiguousarray(strips.transpose(3, 0, 2, 1))
 
     def unpack(self, planes: NDArray[Any]) -> NDArray[Any]:
-        """Turn planes (C, num_strips, num_columns, lanes) into an image (H, W, C)."""
-        rows = planes.transpose(1, 3, 2, 0).reshape(self.num_strips * self.lanes, self.num_columns, -1)
-        return np.ascontiguousarray(rows[: self.height, : self.width])
+        """Turn planes (C, num_strips, num_columns, lanes) into images (count, H, W, C), or the one (H, W, C)."""
+        rows = planes.transpose(1, 3, 2, 0).reshape(self.count, self.period * self.lanes, self.num_columns, -1)
+        images = np.ascontiguousarray(rows[:, : self.height, : self.width])
+        return images if self.count > 1 else images[0]
 
     def boxes(self, bounds: NDArray[np.float64], margin: float) -> IntArray:
-        """Return the tiles within `margin` px of each layer's bounds.
+        """Return the tiles within `margin` px of each layer's bounds, on one canvas.
 
         Parameters
         ----------
@@ -71,14 +84,14 @@ class Grid:
             First tile, first strip, and the same past the last; empty (first = past the last) off the canvas.
         """
         tile_size = np.array([TILE, self.lanes])
-        ends = np.array([self.num_tiles, self.num_strips])
+        ends = np.array([self.num_tiles, self.period])
         first = np.clip(np.floor((bounds[:, :2] - margin) / tile_size), 0, ends)
         last = np.clip(np.floor((bounds[:, 2:] + margin) / tile_size) + 1, first, ends)
         return np.concatenate([first, last], axis=1).astype(np.int32)
 
     def limits(self, boxes: IntArray, margin: float) -> NDArray[np.float64]:
         """Return how far bounds may reach so that all tiles within `margin` px of them lie in `boxes`: (N, 4), px."""
-        tile_size, ends = np.array([TILE, self.lanes]), np.array([self.num_tiles, self.num_strips])
+        tile_size, ends = np.array([TILE, self.lanes]), np.array([self.num_tiles, self.period])
         low = np.where(boxes[:, :2] > 0, boxes[:, :2] * tile_size + margin, -np.inf)
         high = np.where(boxes[:, 2:] < ends, boxes[:, 2:] * tile_size - margin, np.inf)
         return np.concatenate([low, high], axis=1)
@@ -103,7 +116,7 @@ class Spans:
     num_tiles : int
         Tiles of the largest band.
     grid : Grid
-        The canvas.
+        The canvas, or canvases.
     """
 
     spans: IntArray
@@ -117,9 +130,10 @@ class Spans:
     @functools.cached_property
     def each_band(self) -> tuple[Band, ...]:
         """The bands, the same objects each time, so that unchanged arguments are not set again."""
-        canvas = [self.grid.width, self.grid.height, self.grid.num_strips, self.grid.num_tiles]
+        grid = self.grid
+        canvas = [grid.width, grid.height, grid.num_strips, grid.num_tiles, grid.period]
         return tuple(
-            Band(int(last_span - first_span), int(last_strip - first_strip) * self.grid.num_tiles, struct)
+            Band(int(last_span - first_span), int(last_strip - first_strip) * grid.num_tiles, struct)
             for (first_span, last_span, first_strip, last_strip), struct in (
                 (band, np.array([*canvas, *band], np.int32)) for band in self.bands
             )
@@ -133,7 +147,7 @@ class Band(NamedTuple):
     ----------
     num_spans, num_tiles : int
         Spans, and tiles of the canvas, in the band.
-    grid : (8,) int32
+    grid : (9,) int32
         `Grid` of common.h, for the band.
     """
 
@@ -148,9 +162,9 @@ def plan_spans(boxes: IntArray, grid: Grid, max_tiles: int) -> Spans:
     Parameters
     ----------
     boxes : (N, 4) int32
-        As :meth:`Grid.boxes` returns them.
+        As :meth:`Grid.boxes` returns them; strips counted from the first of all canvases.
     grid : Grid
-        The canvas.
+        The canvas, or canvases.
     max_tiles : int
         Tiles that a band may hold; a single strip's are never split.
     """
@@ -167,7 +181,7 @@ def plan_spans(boxes: IntArray, grid: Grid, max_tiles: int) -> Spans:
     layer_spans[order] = np.arange(len(order))
 
     tile_ends = np.concatenate([[0], np.cumsum(widths[layers])])
-    band_strips = _cut(tile_ends[strip_offsets], max_tiles)
+    band_strips = _cut(tile_ends[strip_offsets], max_tiles, grid.period)
     band_spans = strip_offsets[band_strips]
     bands = np.stack([band_spans[:-1], band_spans[1:], band_strips[:-1], band_strips[1:]], axis=1)
     band_tiles = tile_ends[band_spans]
@@ -187,11 +201,16 @@ def plan_spans(boxes: IntArray, grid: Grid, max_tiles: int) -> Spans:
     )
 
 
-def _cut(tiles_before: NDArray[Any], max_tiles: int) -> NDArray[Any]:
-    """Cut strips into runs of at most `max_tiles` tiles, or one strip: the first strips of the runs, and the end."""
+def _cut(tiles_before: NDArray[Any], max_tiles: int, period: int) -> NDArray[Any]:
+    """Cut strips into runs of at most `max_tiles` tiles, or one strip: the first strips of the runs, and the end.
+
+    Runs are whole canvases, of `period` strips, or within one: a canvas is cut as it would be by itself.
+    """
     num_strips = len(tiles_before) - 1
     cuts = [0]
     while cuts[-1] < num_strips:
-        fits = int(np.searchsorted(tiles_before, tiles_before[cuts[-1]] + max_tiles, side="right")) - 1
-        cuts.append(min(max(fits, cuts[-1] + 1), num_strips))
+        begin = cuts[-1]
+        fits = int(np.searchsorted(tiles_before, tiles_before[begin] + max_tiles, side="right")) - 1
+        whole, canvas_end = fits // period * period, (begin // period + 1) * period
+        cuts.append(whole if whole > begin and begin % period == 0 else min(max(fits, begin + 1), canvas_end))
     return np.array(cuts)

@@ -50,7 +50,7 @@ def test_constants_are_those_of_the_kernels(name: str, value: int) -> None:
 def test_bands_give_the_grid_in_the_kernels_order() -> None:
     grid = Grid(33, 50, 8)
     spans = plan_spans(grid.boxes(np.array([[0.0, 0, 50, 33], [4, 4, 30, 30]]), 0.0), grid, 20)
-    canvas = {"width": 50, "height": 33, "num_strips": 5, "num_tiles": 7}
+    canvas = {"width": 50, "height": 33, "num_strips": 5, "num_tiles": 7, "period": 5}
     assert len(spans.bands) > 2
     for row, band in zip(spans.bands, spans.each_band, strict=True):
         ends = dict(zip(("first_span", "last_span", "first_strip", "last_strip"), row.tolist(), strict=True))
@@ -87,10 +87,10 @@ def test_tables_lie_where_their_head_says() -> None:
 
 
 def test_result_is_split_where_the_sizes_say() -> None:
-    sizes = Sizes(Grid(8, 8, 8), real=4, num_layers=3, num_segments=5, record=16)
-    head, d_colors, d_cubics, records = sizes.split_result(np.arange(sizes.num_results))
-    assert [part.shape for part in (head, d_colors, d_cubics, records)] == [(4,), (3, 4), (5, 4, 2), (3, 16)]
-    joined = np.concatenate([part.ravel() for part in (head, d_colors, d_cubics, records)])
+    sizes = Sizes(Grid(8, 8, 8, count=2), real=4, num_layers=3, num_segments=5, record=16)
+    parts = sizes.split_result(np.arange(sizes.num_results))
+    assert [part.shape for part in parts] == [(3, 4), (5, 4, 2), (2, 4), (3, 16)]
+    joined = np.concatenate([part.ravel() for part in parts])
     assert np.array_equal(joined, np.arange(sizes.num_results))
     assert sizes.backward(plan_spans(np.zeros((3, 4), np.int32), sizes.grid, 1), 0)["result"] == 4 * sizes.num_results
 

@@ -20,7 +20,8 @@ from fuzzing.kind import Kind, one_line
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import MAX_COORDINATE, SOLID, Fills
 from livecl.geometry.bezier import pieces_for
-from livecl.rendering.rasterizer import TOLERANCE, Rasterizer
+from livecl.rendering.device_canvas import TOLERANCE
+from livecl.rendering.rasterizer import Rasterizer
 
 #: Height and width of the canvases: a rasterizer is built once for each.
 SIZES = ((1, 1), (1, 9), (9, 1), (8, 8), (16, 17), (33, 20), (3, 300), (300, 3))
