@@ -14,7 +14,7 @@ from livecl.cli.method import add_method
 from livecl.cli.outputs import OUTPUTS
 from livecl.image.resizing import DEFAULT_SIZE
 from livecl.options import PRESET_PATHS, PRESETS
-from livecl.run.recipe import LAYER_STYLES
+from livecl.run.recipe import GROUP_KINDS, LAYER_STYLES
 from livecl.schedule import MAX_DEFAULT_PATHS
 from livecl.version import __version__
 
@@ -165,7 +165,14 @@ def _add_drawing(add: Adder) -> None:
         "--layers",
         choices=LAYER_STYLES,
         default=LAYER_STYLES[0],
-        help="stages and layers as Inkscape shows them, with names, or plain SVG (default: inkscape)",
+        help="layers as Inkscape shows them, with names and groups, or plain SVG (default: inkscape)",
+    )
+    add(
+        "--groups",
+        choices=GROUP_KINDS,
+        default=GROUP_KINDS[0],
+        help="groups of layers: thing, those that lie inside another one, with it; stage, those that one stage added; "
+        "none (default: thing)",
     )
     add("--seed", type=whole(0), default=0, metavar="N", help="seed of all random choices (default: 0)")
 

@@ -127,6 +127,7 @@ def recipe_of(arguments: argparse.Namespace) -> Recipe:
         size=arguments.size,
         precision=arguments.precision,
         layers=arguments.layers,
+        groups=arguments.groups,
         start=start,
         lock=_locked(start, arguments.lock or ()),
     )
@@ -148,6 +149,7 @@ def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]
         "size": recipe.size,
         "precision": recipe.precision,
         "layers": recipe.layers,
+        "groups": recipe.groups,
         "seed": recipe.seed,
         **dataclasses.asdict(recipe.options),
         **{name: getattr(arguments, name) for name in ("device", "threads", "workers", "scheduler", "time_limit")},

@@ -43,6 +43,7 @@ def concatenate(below: Drawing, above: Drawing) -> Drawing:
         layer_offsets=np.concatenate([below.layer_offsets, above.layer_offsets[1:] + below.layer_offsets[-1]]),
         stages=np.concatenate([below.stages, above.stages]),
         names=below.names + above.names,
+        groups=below.groups + above.groups,
         fills=concatenate_fills([below.fills, above.fills]),
         strokes=concatenate_strokes([below.strokes, above.strokes]),
     )

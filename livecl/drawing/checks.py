@@ -62,6 +62,18 @@ def checked_names(names: Sequence[str], num_layers: int) -> tuple[str, ...]:
     return tuple(clean_name(name) for name in names)
 
 
+def checked_groups(groups: Sequence[Sequence[str]], num_layers: int) -> tuple[tuple[str, ...], ...]:
+    """Return the clean names of the groups around each layer, the outermost first; empty ones are left out."""
+    listed = isinstance(groups, Collection) and not isinstance(groups, str) and len(groups) == num_layers
+    if not listed or not all(
+        isinstance(path, Collection) and not isinstance(path, str) and all(isinstance(name, str) for name in path)
+        for path in groups
+    ):
+        got = reprlib.repr(groups)
+        raise ValueError(f"groups: got {got}, wanted {num_layers} lists of names, one for each layer")
+    return tuple(tuple(name for name in map(clean_name, path) if name) for path in groups)
+
+
 def checked_offsets(name: str, value: Any, count: int | None, end: int) -> IntArray:
     """Return offsets that rise from 0 to `end`; of `count` items, where that is given."""
     array = checked_integers(name, value)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livecl.drawing.checks import checked_floats, checked_integers, checked_names, checked_offsets, checked_size
+from livecl.drawing import checks
 from livecl.drawing.colors import format_rgb
 from livecl.drawing.fills import MAX_COORDINATE, Fills, checked_fills
 from livecl.drawing.labels import layer_labels, select_layers
@@ -63,6 +63,9 @@ class Drawing:
         Kind, geometry and stops of the layers that a gradient fills; all are solid where not given.
     strokes : Strokes, optional
         Width, caps and joins of the layers that are stroked instead of filled; all are filled where not given.
+    groups : (N,) sequence of sequence of str, optional
+        Names of the groups that hold each layer, the outermost first; none where not given. Neighbouring layers of one
+        group are written as such; names are cleaned as those of layers are.
 
     Raises
     ------
@@ -80,6 +83,7 @@ class Drawing:
     names: tuple[str, ...]
     fills: Fills
     strokes: Strokes
+    groups: tuple[tuple[str, ...], ...]
 
     def __init__(
         self,
@@ -94,11 +98,14 @@ class Drawing:
         names: Sequence[str] | None = None,
         fills: Fills | None = None,
         strokes: Strokes | None = None,
+        groups: Sequence[Sequence[str]] | None = None,
     ) -> None:
-        values: dict[str, Any] = {"size": checked_size(size)}
-        values["points"] = checked_floats("points", points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
-        values["colors"] = checked_floats("colors", colors, (-1, 4), 0.0, 1.0)
-        values["background"] = None if background is None else checked_floats("background", background, (3,), 0.0, 1.0)
+        values: dict[str, Any] = {"size": checks.checked_size(size)}
+        values["points"] = checks.checked_floats("points", points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
+        values["colors"] = checks.checked_floats("colors", colors, (-1, 4), 0.0, 1.0)
+        values["background"] = (
+            None if background is None else checks.checked_floats("background", background, (3,), 0.0, 1.0)
+        )
         num_segments, num_layers = len(values["points"]), len(values["colors"])
         if (subpath_offsets is None) != (layer_offsets is None):
             raise ValueError("subpath_offsets and layer_offsets must be given together, or neither")
@@ -112,13 +119,16 @@ class Drawing:
             layer_offsets = np.arange(num_layers + 1)
         if not num_layers and num_segments:
             raise ValueError(f"points: {num_segments} segments belong to no layer, as colors is empty")
-        values["subpath_offsets"] = checked_offsets("subpath_offsets", subpath_offsets, None, num_segments)
+        values["subpath_offsets"] = checks.checked_offsets("subpath_offsets", subpath_offsets, None, num_segments)
         num_subpaths = len(values["subpath_offsets"]) - 1
-        values["layer_offsets"] = checked_offsets("layer_offsets", layer_offsets, num_layers, num_subpaths)
-        values["stages"] = np.zeros(num_layers, np.int32) if stages is None else checked_integers("stages", stages)
+        values["layer_offsets"] = checks.checked_offsets("layer_offsets", layer_offsets, num_layers, num_subpaths)
+        values["stages"] = (
+            np.zeros(num_layers, np.int32) if stages is None else checks.checked_integers("stages", stages)
+        )
         if values["stages"].shape != (num_layers,):
             raise ValueError(f"stages: shape {values['stages'].shape}, wanted ({num_layers},)")
-        values["names"] = ("",) * num_layers if names is None else checked_names(names, num_layers)
+        values["names"] = ("",) * num_layers if names is None else checks.checked_names(names, num_layers)
+        values["groups"] = ((),) * num_layers if groups is None else checks.checked_groups(groups, num_layers)
         values["fills"] = checked_fills(fills, num_layers)
         values["strokes"] = checked_strokes(strokes, values["layer_offsets"], values["subpath_offsets"])
         ends = values["subpath_offsets"][1:][values["strokes"].is_open] - 1
@@ -285,13 +295,14 @@ class Drawing:
             layer_offsets=_offsets(np.diff(self.layer_offsets)[layers]),
             stages=self.stages[layers],
             names=[self.names[layer] for layer in layers],
+            groups=[self.groups[layer] for layer in layers],
             fills=self.fills.subset(layers),
             strokes=self.strokes.subset(layers, subpaths),
         )
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Name of each layer; where it has none, one of index, colour and place, such as ``layer-03 orange left``."""
+        """Name of each layer; where it has none, one of colour, shape and place, such as ``orange circle left``."""
         return layer_labels(self)
 
     def select(self, spec: int | str) -> NDArray[np.int64]:
@@ -300,8 +311,8 @@ class Drawing:
         Parameters
         ----------
         spec : int or str
-            An index from 0, the bottom layer, also as text; else the whole of a label; else, in any case, a part of
-            one, or the colour of the fill, or of a stop, to 8 bits: ``#rrggbb``, a CSS name.
+            An index from 0, the bottom layer, also as text; else the whole of a label, or of a group's name; else, in
+            any case, a part of a label, or the colour of the fill, or of a stop, to 8 bits: ``#rrggbb``, a CSS name.
 
         Returns
         -------
@@ -316,7 +327,7 @@ class Drawing:
         return select_layers(self, spec)
 
     def save_svg(self, path: str | os.PathLike[str], precision: int = 3, layers: LayerStyle = "inkscape") -> None:
-        """Write the drawing as SVG, replacing an existing file atomically; see :func:`livecl.svg.format_svg`."""
+        """Write the drawing as SVG, replacing an existing file atomically; see :func:`livecl.svg.save_svg`."""
         from livecl.svg.writer import save_svg
 
         save_svg(self, path, precision, layers)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Labels of layers: names made of fill and place, and selection of layers by name or colour."""
+"""Labels of layers: names made of fill, shape and place, and selection of layers by name or colour."""
 
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -12,9 +13,10 @@ from numpy.typing import NDArray
 
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.checks import MAX_NAME, clean_name
-from livecl.drawing.color_words import color_names
+from livecl.drawing.color_words import BASIC_WORDS, color_names
 from livecl.drawing.colors import parse_rgba
 from livecl.drawing.fills import SOLID
+from livecl.drawing.shape_words import SHAPE_WORDS, shape_words
 from livecl.geometry import bezier
 
 if TYPE_CHECKING:
@@ -27,22 +29,37 @@ _MAX_STOP_NAMES = 3
 
 _ROWS, _COLUMNS = ("top", "", "bottom"), ("left", "", "right")
 
+_COLOR = rf"(?:(?:dark|light)-)?(?:{'|'.join(BASIC_WORDS)})|transparent"
+_OWN_ID = re.compile(
+    rf"(?:{_COLOR})(?:-to-(?:{_COLOR}))*-(?:{'|'.join(SHAPE_WORDS)})"
+    r"-(?:(?:top|bottom)(?:-left|-right)?|left|right|center)(?:-\d+)?"
+)
+
 
 def layer_labels(drawing: Drawing) -> tuple[str, ...]:
-    """Return each layer's name, or where it has none one of index, colour and place: ``layer-03 orange left``.
+    """Return each layer's name, or where it has none one of colour, shape and place: ``orange circle left``.
 
-    Indices count from 0, the bottom. The place is where the centre of the layer's area lies in the canvas's thirds.
-    A gradient is named by its stops: ``layer-03 yellow to orange left``.
+    The place is where the centre of the layer's area lies in the canvas's thirds. A gradient is named by its stops:
+    ``yellow to orange circle left``. Of several such names that are equal, all but the first are numbered, from 2 on.
     """
     unnamed = [layer for layer, name in enumerate(drawing.names) if not name]
     if not unnamed:
         return drawing.names
-    labels = list(drawing.names)
-    digits = max(2, len(str(drawing.num_layers - 1)))
-    centers = layer_centers(drawing)
-    for layer, color in zip(unnamed, fill_names(drawing.layer_subset(unnamed)), strict=True):
-        labels[layer] = f"layer-{layer:0{digits}d} {color} {_place(centers[layer], drawing.size)}"
+    labels, taken, counts = list(drawing.names), set(drawing.names), dict[str, int]()
+    centers, part = layer_centers(drawing), drawing.layer_subset(unnamed)
+    for layer, color, shape in zip(unnamed, fill_names(part), shape_words(part), strict=True):
+        name = label = f"{color} {shape} {_place(centers[layer], drawing.size)}"
+        while label in taken:
+            counts[name] = counts.get(name, 1) + 1
+            label = f"{name} {counts[name]}"
+        taken.add(label)
+        labels[layer] = label
     return tuple(labels)
+
+
+def name_from_id(identifier: str) -> str:
+    """Return the name that an id stands for: an id made of a label of this program's gives back the label's spaces."""
+    return identifier.replace("-", " ") if _OWN_ID.fullmatch(identifier) else identifier
 
 
 def fill_names(drawing: Drawing) -> list[str]:
@@ -88,7 +105,7 @@ def select_layers(drawing: Drawing, spec: int | str) -> NDArray[np.int64]:
     word = clean_name(spec)
     if word.isascii() and word.isdigit() and int(word) < drawing.num_layers:
         return np.array([int(word)], dtype=np.int64)
-    exact = [label == word for label in labels]
+    exact = [label == word or word in path for label, path in zip(labels, drawing.groups, strict=True)]
     if any(exact):
         return np.flatnonzero(exact)
     found = np.array([bool(word) and word.casefold() in label.casefold() for label in labels], dtype=bool)

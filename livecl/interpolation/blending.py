@@ -113,6 +113,9 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
         names=[(a.names[i] if i is not None else "") or (b.names[j] if j is not None else "") for i, j in pairs],
         fills=concatenate_fills([fills for _, _, fills in starts]),
     )
+    start = start.replace(
+        groups=[(() if i is None else a.groups[i]) or (() if j is None else b.groups[j]) for i, j in pairs]
+    )
     points = np.concatenate([subpath[:, :3] for outline, _, _ in ends for subpath in outline])
     last = concatenate_fills([fills for _, _, fills in ends])
     fills = start.fills.moved(last.geometry, last.stop_positions, last.stop_colors)

@@ -20,6 +20,7 @@ from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.options import WANTED_OPTIONS, Options
 from livecl.run.hints import with_hints
 from livecl.schedule import MAX_AUTO_PATHS, growing_schedule, parse_schedule
+from livecl.svg.groups import GroupKind
 from livecl.svg.outline_data import MAX_PRECISION
 from livecl.svg.writer import LayerStyle, format_svg, primitives, quantize
 from livecl.version import __version__
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
     from livecl.run.control import Control
     from livecl.run.result import Result, Stage
 
-#: How layers and stages are written.
-LAYER_STYLES = get_args(LayerStyle)
+#: How layers are written, and which form groups.
+LAYER_STYLES, GROUP_KINDS = get_args(LayerStyle), get_args(GroupKind)
 #: Decimals that `vectorize` itself rounds coordinates to, so that its errors are those of that rounding.
 VECTORIZED_PRECISION = 3
 
@@ -60,6 +61,9 @@ class Recipe:
         Decimals kept of coordinates, px of the picture.
     layers : "inkscape" or "plain"
         How layers and stages are written, see :func:`livecl.svg.writer.format_svg`.
+    groups : "thing", "stage" or "none"
+        Which layers form groups: those that lie inside another one, with it (those of `start`, where it has some);
+        those that one stage added; none.
     start : Drawing, optional
         Drawing to start from, stretched to the picture's canvas, which must have the same proportions.
     lock : sequence of int
@@ -78,6 +82,7 @@ class Recipe:
     size: int = DEFAULT_SIZE
     precision: int = 3
     layers: LayerStyle = "inkscape"
+    groups: GroupKind = "thing"
     start: Drawing | None = None
     lock: Sequence[int] = ()
 
@@ -95,6 +100,8 @@ class Recipe:
             raise ValueError(f"precision: got {reprlib.repr(self.precision)}, wanted 0 to {MAX_PRECISION} decimals")
         if self.layers not in LAYER_STYLES:
             raise ValueError(f"layers: got {reprlib.repr(self.layers)}, wanted {' or '.join(map(repr, LAYER_STYLES))}")
+        if self.groups not in GROUP_KINDS:
+            raise ValueError(f"groups: got {reprlib.repr(self.groups)}, wanted {' or '.join(map(repr, GROUP_KINDS))}")
         if self.start is None and isinstance(self.lock, Collection) and len(self.lock):
             raise ValueError("lock: names layers of a drawing; give the drawing as start")
         num_layers = 0 if self.start is None else self.start.num_layers
@@ -136,6 +143,7 @@ class Recipe:
             "size": self.size,
             "precision": self.precision,
             "layers": self.layers,
+            "groups": self.groups,
             "start": None if self.start is None else format_svg(self.start, MAX_PRECISION),
             "lock": sorted(map(int, self.lock)),
         }
@@ -177,6 +185,8 @@ class Recipe:
         from livecl.image.background import TRAIN, WHITE, target_over
         from livecl.image.errors import mse
         from livecl.image.reading import as_image
+        from livecl.layering.groups import grouped
+        from livecl.rendering.rasterizer import Rasterizer
         from livecl.rendering.single import render
         from livecl.run.beginning import Beginning
         from livecl.run.result import RunError
@@ -204,9 +214,12 @@ class Recipe:
             return dataclasses.replace(stage, drawing=drawing, mse=error)
 
         def enlarged(result: Result, measured: bool = True) -> Result:
-            stages = tuple(finished(stage, measured) for stage in result.stages)
+            stages = [finished(stage, measured) for stage in result.stages]
+            if measured and self.groups == "thing":
+                coverages = Rasterizer(smaller, device).coverages(scaled(stages[-1].drawing, smaller))
+                stages[-1] = dataclasses.replace(stages[-1], drawing=grouped(stages[-1].drawing, coverages))
             return dataclasses.replace(
-                result, drawing=stages[-1].drawing, mse=stages[-1].mse, stages=stages, working_size=smaller
+                result, drawing=stages[-1].drawing, mse=stages[-1].mse, stages=tuple(stages), working_size=smaller
             )
 
         try:
@@ -218,7 +231,7 @@ class Recipe:
 
     def svg(self, drawing: Drawing) -> str:
         """Return a drawing as SVG text, as the recipe says."""
-        return format_svg(drawing, self.precision, self.layers)
+        return format_svg(drawing, self.precision, self.layers, groups=self.groups)
 
 
 @with_hints

@@ -9,7 +9,7 @@ import os
 from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.options import Options
-from livecl.svg import LayerStyle, format_svg, save_svg
+from livecl.svg import GroupKind, LayerStyle, format_svg, save_svg
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,9 +72,15 @@ class Result:
         """The drawing as SVG text."""
         return format_svg(self.drawing)
 
-    def save_svg(self, path: str | os.PathLike[str], precision: int = 3, layers: LayerStyle = "inkscape") -> None:
+    def save_svg(
+        self,
+        path: str | os.PathLike[str],
+        precision: int = 3,
+        layers: LayerStyle = "inkscape",
+        groups: GroupKind | None = None,
+    ) -> None:
         """Write the drawing as SVG, replacing an existing file atomically; see :func:`livecl.svg.format_svg`."""
-        save_svg(self.drawing, path, precision, layers)
+        save_svg(self.drawing, path, precision, layers, groups=groups)
 
     def __str__(self) -> str:
         """Summary in three lines: the drawing, its error, the time."""

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.colors import Rgba
+from livecl.drawing.labels import name_from_id
 from livecl.geometry import bezier
 from livecl.svg.gradients import Gradient
 from livecl.svg.pens import Pen
-from livecl.svg.writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE, name_from_id
+from livecl.svg.writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE
 
 FloatArray = NDArray[np.float64]
 
@@ -48,7 +49,10 @@ class LeftOut(collections.Counter[str]):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Layer:
-    """A shape: subpaths (n, 4, 2), px; straight RGBA, or a gradient; stage; id; name; pen, if it is stroked."""
+    """A shape: subpaths (n, 4, 2), px; straight RGBA, or a gradient; stage; id; name; pen, if it is stroked.
+
+    `groups` are those around it, the outermost first, each an element's number in the walk and a name.
+    """
 
     outline: list[FloatArray]
     color: Rgba
@@ -58,6 +62,7 @@ class Layer:
     gradient: Gradient | None = None
     pen: Pen | None = None
     is_open: list[bool] | None = None  # of each subpath; None where all are closed
+    groups: tuple[tuple[int, str], ...] = ()
 
     @functools.cached_property
     def bounds(self) -> FloatArray:
@@ -67,7 +72,7 @@ class Layer:
 
 
 def layer_name(element: Element, identifier: str) -> str:
-    """Return the name of a shape: its Inkscape label, or its title, or its id."""
+    """Return the name of a shape or group: its Inkscape label, or its title, or its id."""
     title = element.find(f"{{{SVG_NAMESPACE}}}title")
     texts = (
         element.get(f"{{{INKSCAPE_NAMESPACE}}}label", ""),

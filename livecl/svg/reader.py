@@ -18,6 +18,7 @@ from livecl.drawing.strokes import DEFAULT_MITER_LIMIT, MAX_WIDTH
 from livecl.errors import SvgError, readable
 from livecl.geometry import bezier
 from livecl.svg.document import parse_document, read_document
+from livecl.svg.groups import told_apart
 from livecl.svg.layer import Layer
 from livecl.svg.outline_data import MAX_PRECISION
 from livecl.svg.walker import Walker
@@ -46,7 +47,8 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     Returns
     -------
     Drawing
-        A layer for each shape, bottom first, called by its Inkscape label, title or id; the background is that of a
+        A layer for each shape, bottom first, called by its Inkscape label, title or id, as its groups are, apart from
+        those of stages; the background is that of a
         rectangle ``id="background"`` which covers the canvas beneath them, and None without one.
 
     Raises
@@ -84,7 +86,7 @@ def _drawing(layers: list[Layer], size: tuple[float, float]) -> Drawing:
         names=[layer.name for layer in layers],
         fills=_fills(layers),
         strokes=_strokes(layers),
-    )
+    ).replace(groups=told_apart([layer.groups for layer in layers]))
 
 
 def _rows(layer: Layer) -> list[FloatArray]:

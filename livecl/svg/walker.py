@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.checks import clean_name
 from livecl.drawing.colors import Rgba
 from livecl.drawing.fills import MAX_COORDINATE
 from livecl.geometry import bezier
@@ -62,6 +63,7 @@ class _Context:
     viewport: tuple[float, float]
     depth: int
     shown: tuple[Element, ...] = ()
+    groups: tuple[tuple[int, str], ...] = ()
 
 
 class Walker:
@@ -172,8 +174,11 @@ class Walker:
         return matrix
 
     def _walk_children(self, element: Element, here: _Context) -> None:
-        if tag_of(element) == "g" and (stage := stage_match(element)):
-            here = dataclasses.replace(here, stage=int(stage[1]) - 1)
+        if tag_of(element) == "g":
+            if stage := stage_match(element):
+                here = dataclasses.replace(here, stage=int(stage[1]) - 1)
+            elif name := clean_name(layer_name(element, element.get("id", ""))):
+                here = dataclasses.replace(here, groups=(*here.groups, (self._num_elements, name)))
         children = [child for child in element if tag_of(child) in _KNOWN - {"symbol"}]
         if tag_of(element) == "switch":
             children = [child for child in children if is_shown(child)][:1]
@@ -233,7 +238,9 @@ class Walker:
             layers.reverse()
         name = layer_name(element, identifier)
         painted = [
-            dataclasses.replace(layer, stage=here.stage, identifier=identifier, name=name) for layer in layers if layer
+            dataclasses.replace(layer, stage=here.stage, groups=here.groups, identifier=identifier, name=name)
+            for layer in layers
+            if layer
         ]
         if len(painted) > 1 and opacity_of(own.get("opacity")) < 1:
             self.left_out["group opacity over overlapping shapes"] += 1

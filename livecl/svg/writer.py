@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-import itertools
 import os
-import re
 from typing import TYPE_CHECKING, Literal, get_args
 from xml.sax.saxutils import escape, quoteattr
 
@@ -13,9 +11,11 @@ import numpy as np
 
 from livecl.drawing.colors import format_rgb
 from livecl.drawing.fills import SOLID
+from livecl.drawing.labels import name_from_id
 from livecl.drawing.strokes import DEFAULT_MITER_LIMIT
 from livecl.files import write_atomically
 from livecl.geometry.strokes import CAPS, JOINS
+from livecl.svg.groups import GroupKind, format_members, group_ids, groups_of, unique_ids
 from livecl.svg.outline_data import MAX_PRECISION, format_outline, rounded_points
 from livecl.svg.primitives import Primitive, primitive_of
 from livecl.svg.servers import PaintServer, format_decimal, format_gradients, without_plain_gradients
@@ -27,8 +27,6 @@ LayerStyle = Literal["inkscape", "plain"]
 
 SVG_NAMESPACE = "http://www.w3.org/2000/svg"
 INKSCAPE_NAMESPACE = "http://www.inkscape.org/namespaces/inkscape"
-
-_OWN_ID = re.compile(r"(layer-\d+)((?:-[a-z]+)+)")
 
 
 def quantize(drawing: Drawing, precision: int = 3, *, cubics: bool = False) -> Drawing:
@@ -84,12 +82,19 @@ def primitives(drawing: Drawing, precision: int = 3) -> dict[int, Primitive]:
     return found
 
 
-def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inkscape", *, cubics: bool = False) -> str:
+def format_svg(
+    drawing: Drawing,
+    precision: int = 3,
+    layers: LayerStyle = "inkscape",
+    *,
+    groups: GroupKind | None = None,
+    cubics: bool = False,
+) -> str:
     """Return a drawing as SVG text.
 
     A ``<path>`` or a basic shape for each layer in paint order, filled by the nonzero rule, or stroked; the background
     is a rectangle beneath them.
-    Every path has an id and a name: its own, or one of index, colour and place (:attr:`Drawing.labels`).
+    Every path has an id and a name: its own, or one of colour, shape and place (:attr:`Drawing.labels`).
 
     Parameters
     ----------
@@ -98,9 +103,12 @@ def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inksc
     precision : int
         Decimals kept of coordinates in px, 0 to 9.
     layers : {"inkscape", "plain"}
-        ``inkscape``: layers that one stage added, where they follow each other, form a group which Inkscape shows as a
-        layer, and names are Inkscape's labels. ``plain``: neither groups nor Inkscape's attributes; names are ids, or
-        a ``<title>`` where an id cannot say them. The stages are not kept.
+        ``inkscape``: with groups, and names as Inkscape's labels. ``plain``: neither groups nor Inkscape's attributes;
+        names are ids, or a ``<title>`` where an id cannot say them.
+    groups : {"thing", "stage", "none"}, optional
+        ``thing``: the drawing's own groups (:attr:`Drawing.groups`). ``stage``: layers that one stage added, where they
+        follow each other, form a group which Inkscape shows as a layer; only then the stages are kept. ``none``: none.
+        Where not given: the drawing's own, or where it has none, its stages.
     cubics : bool
         Whether all is written as paths of cubics, as animations need; straight segments are lines otherwise, and layers
         that are circles, ellipses or rectangles such elements.
@@ -117,9 +125,9 @@ def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inksc
         lines.append(
             f'  <rect id="background" width="{width}" height="{height}" fill="{format_rgb(drawing.background)}"/>'
         )
-    groups = _stage_groups(drawing) if layers == "inkscape" else []
+    members = groups_of(drawing, groups if layers == "inkscape" else "none")
     labels = drawing.labels
-    ids = _unique_ids(labels, reserved=["background", *(group_id for group_id, _, _ in groups)])
+    ids = list(map(unique_ids(["background", *group_ids(members)]), labels))
     servers = format_gradients(drawing, ids, precision)
     if servers:
         definitions = dict.fromkeys(server.definition for server in servers.values())
@@ -134,51 +142,21 @@ def format_svg(drawing: Drawing, precision: int = 3, layers: LayerStyle = "inksc
             geometry = _format_data(drawing, layer, precision, cubics)
         paint = _format_paint(drawing, layer, precision, servers.get(layer))
         paths.append(_format_element(tag, identifier, label, f"{paint} {geometry}", layers))
-    if layers == "plain":
-        lines.extend(f"  {path}" for path in paths)
-    for group_id, label, members in groups:
-        lines.append(f'  <g inkscape:groupmode="layer" inkscape:label="{label}" id="{group_id}">')
-        lines.extend(f"    {paths[layer]}" for layer in members)
-        lines.append("  </g>")
+    lines.extend(format_members(members, paths))
     lines.append("</svg>\n")
     return "\n".join(lines)
 
 
 def save_svg(
-    drawing: Drawing, path: str | os.PathLike[str], precision: int = 3, layers: LayerStyle = "inkscape"
+    drawing: Drawing,
+    path: str | os.PathLike[str],
+    precision: int = 3,
+    layers: LayerStyle = "inkscape",
+    *,
+    groups: GroupKind | None = None,
 ) -> None:
     """Write a drawing as an SVG file, replacing an existing one atomically; arguments as in :func:`format_svg`."""
-    write_atomically(path, format_svg(drawing, precision, layers))
-
-
-def name_from_id(identifier: str) -> str:
-    """Return the name that an id stands for: an id made of a label of this program's gives back the label's spaces."""
-    own = _OWN_ID.fullmatch(identifier)
-    return own[1] + own[2].replace("-", " ") if own else identifier
-
-
-def _stage_groups(drawing: Drawing) -> list[tuple[str, str, list[int]]]:
-    """Return id, label and layers of each run of layers of one stage."""
-    groups = []
-    runs_of_stage: dict[int, int] = {}
-    for stage, members in itertools.groupby(range(drawing.num_layers), lambda layer: int(drawing.stages[layer])):
-        run = runs_of_stage[stage] = runs_of_stage.get(stage, 0) + 1
-        group_id = f"stage-{stage + 1}" + (f"-{run}" if run > 1 else "")
-        groups.append((group_id, f"stage {stage + 1}", list(members)))
-    return groups
-
-
-def _unique_ids(labels: tuple[str, ...], reserved: list[str]) -> list[str]:
-    """Return an id for each label: without spaces and signs, numbered where it is taken."""
-    taken, ids, counts = set(reserved), [], dict.fromkeys(reserved, 1)
-    for label in labels:
-        base = identifier = re.sub(r"[^\w.-]+", "-", label)
-        while identifier in taken:
-            counts[base] = counts.get(base, 1) + 1
-            identifier = f"{base}-{counts[base]}"
-        taken.add(identifier)
-        ids.append(identifier)
-    return ids
+    write_atomically(path, format_svg(drawing, precision, layers, groups=groups))
 
 
 def _format_element(tag: str, identifier: str, label: str, attributes: str, layers: LayerStyle) -> str:

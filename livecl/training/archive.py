@@ -57,6 +57,8 @@ def read_archive(path: str | os.PathLike[str]) -> tuple[dict[str, Any], Arrays]:
 def drawing_arrays(prefix: str, drawing: Drawing) -> dict[str, Any]:
     """Return a drawing's arrays by name; its size is not among them."""
     arrays = {prefix + name: getattr(drawing, name) for name in _DRAWING_ARRAYS}
+    if any(drawing.groups):
+        arrays[f"{prefix}groups"] = np.array(json.dumps(drawing.groups))
     if drawing.fills.any_gradients:
         arrays |= {f"{prefix}fills.{name}": getattr(drawing.fills, name) for name in _FILLS_ARRAYS}
     if drawing.strokes.any:
@@ -73,8 +75,9 @@ def drawing_from(prefix: str, arrays: Arrays, size: tuple[int, int]) -> Drawing:
     strokes = None
     if f"{prefix}strokes.widths" in arrays:
         strokes = Strokes(**{name: arrays[f"{prefix}strokes.{name}"] for name in _STROKES_ARRAYS})
+    groups = json.loads(str(arrays[f"{prefix}groups"])) if f"{prefix}groups" in arrays else None
     values = {name: arrays[prefix + name] for name in _DRAWING_ARRAYS}
-    return Drawing(size=size, background=background, fills=fills, strokes=strokes, **values)
+    return Drawing(size=size, background=background, fills=fills, strokes=strokes, groups=groups, **values)
 
 
 def adam_arrays(name: str, adam: Adam) -> dict[str, Any]:

@@ -33,10 +33,10 @@ def three_layers() -> Drawing:
     return drawings.build(layers, (60, 90))
 
 
-def test_labels_say_index_colour_and_place() -> None:
+def test_labels_say_colour_shape_and_place() -> None:
     drawing = three_layers()
     assert drawing.names == ("", "", "")
-    assert drawing.labels == ("layer-00 white center", "layer-01 orange left", "layer-02 dark blue bottom right")
+    assert drawing.labels == ("white rectangle center", "orange circle left", "dark blue circle bottom right")
     assert drawing.replace(names=["", "sun", ""]).labels[1] == "sun"
     assert empty_drawing((3, 3)).labels == ()
 
@@ -55,12 +55,27 @@ def test_places(column: int, row: int, place: str) -> None:
     """The thirds of a canvas of 90 x 30 px; beyond its edge counts as at it."""
     center = (15 + 30 * column + 50 * (column - 1), 5 + 10 * row)
     drawing = drawings.build([([shapes.circle(center, 2)], ORANGE)], (30, 90))
-    assert drawing.labels == (f"layer-00 orange {place}",)
+    assert drawing.labels == (f"orange circle {place}",)
 
 
-def test_indices_are_as_wide_as_the_last() -> None:
-    drawing = drawings.build(101 * [([shapes.circle((5, 5), 2)], ORANGE)], (9, 9))
-    assert [drawing.labels[layer].split()[0] for layer in (0, 9, 100)] == ["layer-000", "layer-009", "layer-100"]
+def test_equal_labels_are_numbered_and_names_are_not_taken_twice() -> None:
+    drawing = drawings.build(4 * [([shapes.circle((15, 15), 5)], ORANGE)], (30, 30))
+    assert drawing.labels == (
+        "orange circle center",
+        "orange circle center 2",
+        "orange circle center 3",
+        "orange circle center 4",
+    )
+    named = drawing.replace(names=["", "", "orange circle center 2", ""])
+    assert named.labels[1] == "orange circle center 3"
+    assert len(set(named.labels)) == 4
+
+
+def test_labels_stay_where_a_layer_comes_or_goes() -> None:
+    """Nothing in a name counts layers, so ids of nearly equal drawings are the same."""
+    drawing = three_layers()
+    for kept in ([1, 2], [0, 2], [2, 1, 0]):
+        assert drawing.layer_subset(kept).labels == tuple(drawing.labels[layer] for layer in kept)
 
 
 def test_oklab_of_known_colours() -> None:
@@ -144,9 +159,9 @@ def test_names_survive_a_checkpoint(tmp_path: Path) -> None:
         (np.int64(2), [2]),
         ("1", [1]),
         ("002", [2]),
-        ("layer-01 orange left", [1]),
-        ("Layer-01", [1]),
-        ("layer", [0, 1, 2]),
+        ("orange circle left", [1]),
+        ("Orange Circle", [1]),
+        ("circle", [1, 2]),
         ("BLUE", [2]),
         ("#ff8000", [1]),
         ("#FFF", [0]),
@@ -171,6 +186,28 @@ def test_select_prefers_whole_names_and_joins_parts_with_colours() -> None:
     assert twice.select("eye").tolist() == [0, 2]
 
 
+def test_groups_are_carried_and_select_their_layers() -> None:
+    drawing = three_layers().replace(groups=[["face"], ["face", " left \n eye"], []])
+    assert drawing.groups == (("face",), ("face", "left eye"), ())
+    assert drawing.layer_subset([2, 1]).groups == ((), ("face", "left eye"))
+    assert concatenate(drawing, three_layers()).groups == (*drawing.groups, (), (), ())
+    assert drawing.select("face").tolist() == [0, 1]
+    assert drawing.select("left eye").tolist() == [1]
+    assert three_layers().groups == ((), (), ())
+
+
+def test_groups_survive_a_checkpoint(tmp_path: Path) -> None:
+    drawing = three_layers().replace(groups=[["a"], ["a", "目 <b>"], []])
+    save(Progress.start(drawing, Options(), (1,), 0), tmp_path / "run")
+    assert load(tmp_path / "run").state.drawing.groups == drawing.groups
+
+
+@pytest.mark.parametrize("groups", [["a"], ["a", "b", "c"], [["a"], [3], []], "abc"])
+def test_wrong_groups(groups: list[list[str]]) -> None:
+    with pytest.raises(ValueError, match=r"groups: got .*, wanted 3 lists of names, one for each layer"):
+        three_layers().replace(groups=groups)
+
+
 @pytest.mark.parametrize("spec", [3, -1, "red", "", " ", "#12", "9"])
 def test_select_refuses(spec: int | str) -> None:
     with pytest.raises(ValueError, match="layer: "):
@@ -178,7 +215,7 @@ def test_select_refuses(spec: int | str) -> None:
 
 
 def test_select_lists_the_names() -> None:
-    with pytest.raises(ValueError, match="'layer-00 white center', 'layer-01 orange left', 'layer-02 dark blue"):
+    with pytest.raises(ValueError, match="'white rectangle center', 'orange circle left', 'dark blue circle"):
         three_layers().select("nose")
     with pytest.raises(ValueError, match=r"'l11' and 88 more$"):
         drawings.build(100 * [([shapes.circle((5, 5), 2)], ORANGE)], (9, 9)).replace(
@@ -203,9 +240,9 @@ def test_gradients_are_named_by_their_stops() -> None:
     ]
     drawing = three_layers().replace(fills=concatenate_fills(fills))
     assert drawing.labels == (
-        "layer-00 yellow to red center",
-        "layer-01 yellow to red to transparent left",
-        "layer-02 yellow to red bottom right",
+        "yellow to red rectangle center",
+        "yellow to red to transparent circle left",
+        "yellow to red circle bottom right",
     )
     assert drawing.replace(names=["", "sun", ""]).labels[1] == "sun"
     saved = read_svg(format_svg(drawing, layers="plain").encode())

@@ -215,7 +215,7 @@ def test_names() -> None:
         '<rect {} id="a" inkscape:label="the &lt;b&gt; layer"><title>t</title></rect>': "the <b> layer",
         '<rect {} id="a"><title> some\n <tspan>title</tspan></title></rect>': "some title",
         '<rect {} id="a"><title> </title></rect>': "a",
-        '<rect {} id="layer-07-dark-blue-left"/>': "layer-07 dark blue left",
+        '<rect {} id="dark-blue-to-red-circle-top-left-2"/>': "dark blue to red circle top left 2",
         "<rect {}/>": "",
     }
     drawing = read(

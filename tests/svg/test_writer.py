@@ -76,7 +76,7 @@ def test_exact_text() -> None:
         'width="30" height="20" viewBox="0 0 30 20">\n'
         '  <rect id="background" width="30" height="20" fill="#ffffff"/>\n'
         '  <g inkscape:groupmode="layer" inkscape:label="stage 1" id="stage-1">\n'
-        '    <rect id="layer-00-red-top-left" inkscape:label="layer-00 red top left" fill="#ff0000" '
+        '    <rect id="red-square-top-left" inkscape:label="red square top left" fill="#ff0000" '
         'x="1" y="2" width="3" height="3"/>\n'
         "  </g>\n"
         '  <g inkscape:groupmode="layer" inkscape:label="stage 2" id="stage-2">\n'
@@ -88,7 +88,7 @@ def test_exact_text() -> None:
     assert format_svg(drawing, 1, "plain") == (
         '<svg xmlns="http://www.w3.org/2000/svg" width="30" height="20" viewBox="0 0 30 20">\n'
         '  <rect id="background" width="30" height="20" fill="#ffffff"/>\n'
-        '  <rect id="layer-00-red-top-left" fill="#ff0000" '
+        '  <rect id="red-square-top-left" fill="#ff0000" '
         'x="1" y="2" width="3" height="3"/>\n'
         '  <path id="it-s-mine-" fill="#336699" fill-opacity=".50196" d="M0 5.5c6.2 1.5 8.1 3.5 0 0Z">'
         '<title>it\'s &lt;"mine"&gt;</title></path>\n'
@@ -143,7 +143,15 @@ def test_round_trip_of_plain_files_keeps_all_but_stages(precision: int) -> None:
 @given(st.lists(st.text(), min_size=1, max_size=5), st.sampled_from(["inkscape", "plain"]))
 def test_any_name_comes_back(names: list[str], layers: LayerStyle) -> None:
     """Names of hostile files: quotes, markup, control characters, surrogates, and the forms of this program's ids."""
-    names += ["background", "stage-1", "layer-0", "layer-00-red-left", "layer-00 red left", "]]><x/>", "a\0\n\ud800b"]
+    names += [
+        "background",
+        "stage-1",
+        "red-circle-left",
+        "red circle left",
+        "red-circle-left-2",
+        "]]><x/>",
+        "a\0\n\ud800b",
+    ]
     drawing = drawing_of(
         points=np.tile(square(1, 1, 5), (len(names), 1, 1)),
         colors=len(names) * [(1, 0, 0, 1)],

@@ -36,7 +36,7 @@ def edit(file: Path) -> None:
     """The face, without a cheek, and with it drawn again while the head is locked."""
     image = livecl.read_image(EXAMPLES / "face.png")
     first = livecl.vectorize(image, options=livecl.Options(holes=False)).drawing
-    cheek = first.select("layer-04")
+    cheek = first.select("orange circle left")
     edited = first.layer_subset(np.setdiff1d(np.arange(first.num_layers), cheek))
     again = livecl.vectorize(image, paths=1, start=edited, lock=[0]).drawing
     cells = [(first, "face.svg", ""), (edited, "edited.svg", ""), (again, "again.svg", "")]

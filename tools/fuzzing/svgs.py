@@ -29,7 +29,7 @@ ODD_NUMBERS = (
     *("nan", "inf", "1e", "--1", "1.2.3", "0x10", "1_0", "", "١", "999999.999999999", "1" * 30, "9" * 400),
 )
 NAMES = (
-    *("a", "b", "layer-00-red-left", "background", "stage-2", "x y", "日本", "a&amp;b", "&lt;", "&#9;", "&#x202e;", ""),
+    *("a", "b", "red-circle-left", "background", "stage-2", "x y", "日本", "a&amp;b", "&lt;", "&#9;", "&#x202e;", ""),
     "-" * 200,
 )
 COLORS = (

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Shape words: what a person would call the outline of a layer, as "circle", "bar" or "triangle"."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.geometry import bezier
+from livecl.geometry.ellipses import ellipses_of
+
+if TYPE_CHECKING:
+    from livecl.drawing.drawing import Drawing
+
+FloatArray = NDArray[np.float64]
+
+#: All words.
+SHAPE_WORDS = ("dot", "circle", "oval", "ring", "square", "rectangle", "bar", "frame", "triangle", "line", "shape")
+#: Distance from an ellipse, as a share of its radius, and px more, up to which an outline is one.
+ROUND, ROUND_MORE = 0.03, 0.15
+#: Share of its box that a rectangle fills, and of the area within three of its corners that a triangle does.
+FULL, TRIANGLE = 0.93, (0.88, 1.12)
+#: Ratios of the sides up to which it is a circle or a square, and from which a rectangle is a bar.
+EQUAL_SIDES, BAR = 1.1, 4.0
+#: Share of the canvas up to which a round shape is a dot.
+DOT = 4e-4
+#: Share of the area within a layer's largest outline that another subpath must have to count.
+COUNTED = 0.02
+#: Points of each segment that are looked at.
+SAMPLES = 8
+
+
+def shape_words(drawing: Drawing) -> list[str]:
+    """Return a word for the shape of each layer, one of `SHAPE_WORDS`."""
+    area = drawing.size[0] * drawing.size[1]
+    at, cubics = np.arange(SAMPLES) / SAMPLES, drawing.cubics
+    words = []
+    for layer in range(drawing.num_layers):
+        if drawing.strokes.widths[layer]:
+            words.append("line")
+            continue
+        words.append(
+            _word([bezier.evaluate(cubics[rows], at).reshape(-1, 2) for rows in drawing.subpaths(layer)], area)
+        )
+    return words
+
+
+def _word(polygons: list[FloatArray], canvas: float) -> str:
+    """Return the word for a layer of closed polygons (n, 2), px."""
+    areas = [_area(points) for points in polygons]
+    largest = int(np.argmax(np.abs(areas)))
+    if not areas[largest]:
+        return "shape"
+    parts = [k for k, area in enumerate(areas) if abs(area) > COUNTED * abs(areas[largest])]
+    word = _outline_word(polygons[largest], abs(areas[largest]))
+    if len(parts) == 1:
+        return "dot" if word == "circle" and abs(areas[largest]) <= DOT * canvas else word
+    if len(parts) > 2 or areas[parts[0]] * areas[parts[1]] > 0:
+        return "shape"
+    hole = _outline_word(polygons[sum(parts) - largest], abs(areas[sum(parts) - largest]))
+    kinds = [{"circle": "ring", "oval": "ring", "square": "frame", "rectangle": "frame"}.get(k) for k in (word, hole)]
+    return kinds[0] if kinds[0] is not None and kinds[0] == kinds[1] else "shape"
+
+
+def _outline_word(points: FloatArray, area: float) -> str:
+    """Return the word for one closed outline (n, 2) of an area, px^2."""
+    for ellipse in ellipses_of(points)[:1]:
+        wide, narrow = np.hypot(*ellipse.axes.T)
+        if np.abs(ellipse.distances(points)).max() <= ROUND * narrow + ROUND_MORE:
+            return "circle" if wide <= EQUAL_SIDES * narrow else "oval"
+    sides = np.roll(points, -1, axis=0) - points
+    longest = sides[int(np.argmax(np.hypot(*sides.T)))]
+    for along in ((1.0, 0.0), longest / max(float(np.hypot(*longest)), 1e-9)):
+        turned = points @ np.array([[along[0], -along[1]], [along[1], along[0]]])
+        width, height = np.sort(np.ptp(turned, axis=0))[::-1]
+        if area >= FULL * width * height > 0:
+            return "bar" if width >= BAR * height else "square" if width <= EQUAL_SIDES * height else "rectangle"
+    first = points[int(np.argmax(np.hypot(*(points - points.mean(axis=0)).T)))]
+    second = points[int(np.argmax(np.hypot(*(points - first).T)))]
+    third = points[int(np.argmax(np.abs(bezier.cross(points - first, second - first))))]
+    corners = abs(float(bezier.cross(second - first, third - first))) / 2
+    return "triangle" if TRIANGLE[0] * corners <= area <= TRIANGLE[1] * corners else "shape"
+
+
+def _area(points: FloatArray) -> float:
+    """Signed area of a closed polygon, px^2."""
+    after = np.roll(points, -1, axis=0)
+    return float(bezier.cross(points, after).sum()) / 2
