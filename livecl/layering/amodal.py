@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.layering.masks import connected
+from livecl.layering.masks import connected, convex_hull
 from livecl.layering.stack import Window, window_of
 
 BoolArray = NDArray[np.bool_]
@@ -48,8 +48,6 @@ def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Complet
         parts joined. None if there is no other part to join, or if more than
         `MAX_HIDDEN` would be hidden.
     """
-    from skimage.morphology import convex_hull_image
-
     start = tuple(np.argwhere(region)[0])
     whole = connected(alike | hidden, start)
     window = window_of(whole)
@@ -58,6 +56,6 @@ def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Complet
     parts = alike & whole
     if np.count_nonzero(parts) == np.count_nonzero(region):
         return Completion(window, None, reach)
-    joined = connected(whole & convex_hull_image(parts), (start[0] - window[0].start, start[1] - window[1].start))
+    joined = connected(whole & convex_hull(parts), (start[0] - window[0].start, start[1] - window[1].start))
     found = np.count_nonzero(joined) <= (1 + MAX_HIDDEN) * np.count_nonzero(joined & alike)
     return Completion(window, joined if found else None, reach)

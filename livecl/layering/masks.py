@@ -44,3 +44,45 @@ def connected(mask: BoolArray, pixel: tuple[int, ...]) -> BoolArray:
 
     labels = label(mask, connectivity=1)
     return np.asarray(labels == labels[pixel])
+
+
+def convex_hull(mask: BoolArray) -> BoolArray:
+    """Return the pixels (H, W) whose centres lie in the convex hull of a region, or on its border.
+
+    The hull of the middles of all sides of the region's pixels, as scikit-image's `convex_hull_image` has it, but row
+    by row and in whole numbers.
+    """
+    rows = np.flatnonzero(mask.any(axis=1))
+    filled = np.zeros_like(mask)
+    if not len(rows):
+        return filled
+    width = mask.shape[1]
+    first = mask[rows].argmax(axis=1)
+    last = width - 1 - mask[rows, ::-1].argmax(axis=1)
+    at = np.arange(rows[0], rows[-1] + 1)
+    starts = _convex_side(rows, first, at)
+    ends = width - 1 - _convex_side(rows, width - 1 - last, at)
+    columns = np.arange(width)
+    filled[at] = (columns >= starts[:, None]) & (columns <= ends[:, None])
+    return filled
+
+
+def _convex_side(rows: NDArray[np.intp], first: NDArray[np.intp], at: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the first column of the hull in each row of `at`, given the first pixels of some: monotone chain."""
+    nearest: dict[int, int] = {}  # in half pixels: the middles of upper, left and lower sides
+    for row, column in zip((2 * rows).tolist(), (2 * first).tolist(), strict=True):
+        for y, x in ((row - 1, column), (row, column - 1), (row + 1, column)):
+            nearest[y] = min(x, nearest.get(y, x))
+    chain: list[tuple[int, int]] = []
+    for y, x in sorted(nearest.items()):
+        while len(chain) > 1:
+            (y0, x0), (y1, x1) = chain[-2:]
+            if (x1 - x0) * (y - y0) < (x - x0) * (y1 - y0):
+                break
+            chain.pop()
+        chain.append((y, x))
+    ys, xs = np.array(chain).T
+    side = np.searchsorted(ys, 2 * at, side="right") - 1
+    rise = ys[side + 1] - ys[side]
+    reached = xs[side] * rise + (2 * at - ys[side]) * (xs[side + 1] - xs[side])
+    return np.asarray(-(-reached // (2 * rise)))
