@@ -169,8 +169,7 @@ class _Judge:
         self._painting, self._stack = painting, painting.stack
         self._rasterizer, self._options, self._check = context.rasterizer, context.options, context.check
         self._rng = rng
-        target, image = painting.target.astype(np.float64), painting.stack.image.astype(np.float64)
-        self._finder = RegionFinder(target, image, context.check)
+        self._finder = RegionFinder(context.partitions, painting.stack.image.astype(np.float64), context.check)
         self._error = np.zeros(0)
         self._tried: dict[tuple[int, int], _Tried] = {}
         self._outlines: dict[Any, list[Outline]] = {}

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
 from livecl.image.errors import mse, visible_mse
+from livecl.layering.regions import TargetPartitions
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
 
@@ -35,6 +37,11 @@ class Context:
     target: NDArray[Any]
     options: Options
     check: Callable[[], None] = lambda: None
+
+    @functools.cached_property
+    def partitions(self) -> TargetPartitions:
+        """Partitions of the target, made when they are first asked for."""
+        return TargetPartitions(self.target, self.check)
 
     def mse(self, drawing: Drawing) -> float:
         """Return the mean squared error of a drawing over pixels and channels, as reported."""

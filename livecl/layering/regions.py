@@ -87,29 +87,68 @@ class Region:
         return np.asarray(alike[self._segmentation.labels])
 
 
+class TargetPartitions:
+    """Partitions of a target at its several degrees of coarseness: the same for each picture that is compared with it.
+
+    Parameters
+    ----------
+    target : (H, W, C) array
+        RGB, or premultiplied RGBA.
+    check : callable
+        Called before and after each partition; an exception ends the search.
+    """
+
+    def __init__(self, target: NDArray[Any], check: Callable[[], None] = lambda: None) -> None:
+        from scipy.ndimage import gaussian_filter
+
+        self.target: FloatArray = target.astype(np.float64)
+        self._channels = [np.ascontiguousarray(channel).ravel() for channel in np.moveaxis(self.target, -1, 0)]
+        self._squares = np.square(visible_error(self.target)).sum(axis=-1).ravel()
+        self.segmentations = []
+        for blur, levels in PARTITIONS.target_levels:
+            smooth = gaussian_filter(self.target, (blur, blur, 0)) if blur else self.target
+            self.segmentations.append(self.measure(np.minimum(np.floor(smooth * levels), levels - 1), check))
+
+    def measure(self, levels: FloatArray, check: Callable[[], None]) -> _Segmentation:
+        """Return the regions of equal levels (H, W, C)."""
+        check()
+        labels = _connected(levels)
+        check()
+        flat, count = labels.ravel(), int(labels.max()) + 1
+        area = np.bincount(flat, minlength=count).astype(np.float64)
+        sums = np.stack([np.bincount(flat, channel, count) for channel in self._channels], axis=1)
+        squares = np.bincount(flat, self._squares, count)
+        mean = sums / np.maximum(area, 1)[:, None]
+        within = squares - (visible_error(sums) * visible_error(mean)).sum(axis=1)
+        return _Segmentation(labels, area, mean, within)
+
+
 class RegionFinder:
     """Regions of one target, for a picture that gets better from call to call.
 
     Parameters
     ----------
-    target, image : (H, W, C) float64
-        Target, and the render so far: RGB, or premultiplied RGBA.
+    partitions : TargetPartitions
+        The target's.
+    image : (H, W, C) array
+        The render so far: RGB, or premultiplied RGBA.
     check : callable
         Called after each partition; an exception ends the search.
     """
 
-    def __init__(self, target: FloatArray, image: FloatArray, check: Callable[[], None] = lambda: None) -> None:
-        from scipy.ndimage import gaussian_filter
-
-        self._target = target
+    def __init__(
+        self, partitions: TargetPartitions, image: NDArray[Any], check: Callable[[], None] = lambda: None
+    ) -> None:
         self._check = check
-        self._segmentations = []
-        for blur, levels in PARTITIONS.target_levels:
-            smooth = gaussian_filter(target, (blur, blur, 0)) if blur else target
-            self._segmentations.append(self._measure(np.minimum(np.floor(smooth * levels), levels - 1)))
-        opaque = target.shape[2] == 3
-        for levels in PARTITIONS.difference_levels if opaque else PARTITIONS.transparent_levels:
-            self._segmentations.append(self._measure(np.round((target - image) * levels)))
+        difference = partitions.target - image
+        opaque = difference.shape[2] == 3
+        self._segmentations = [
+            *partitions.segmentations,
+            *(
+                partitions.measure(np.round(difference * levels), check)
+                for levels in (PARTITIONS.difference_levels if opaque else PARTITIONS.transparent_levels)
+            ),
+        ]
 
     def best(self, error: FloatArray, count: int) -> Iterator[Region]:
         """Yield up to `count` regions that would remove most of the squared error (H, W), the best first.
@@ -131,20 +170,6 @@ class RegionFinder:
                 continue
             seen.add(size)
             yield Region((number, k), segmentation.mean[k], -negative_gain, segmentation)
-
-    def _measure(self, levels: FloatArray) -> _Segmentation:
-        self._check()
-        labels = _connected(levels)
-        self._check()
-        flat, count = labels.ravel(), int(labels.max()) + 1
-        area = np.bincount(flat, minlength=count).astype(np.float64)
-        sums = np.stack(
-            [np.bincount(flat, channel.ravel(), count) for channel in np.moveaxis(self._target, -1, 0)], axis=1
-        )
-        squares = np.bincount(flat, np.square(visible_error(self._target)).sum(axis=-1).ravel(), count)
-        mean = sums / np.maximum(area, 1)[:, None]
-        within = squares - (visible_error(sums) * visible_error(mean)).sum(axis=1)
-        return _Segmentation(labels, area, mean, within)
 
 
 def _connected(levels: FloatArray) -> NDArray[Any]:

@@ -17,7 +17,7 @@ from livecl import Options
 from livecl.image.errors import mse, visible_error, visible_mse
 from livecl.image.reading import over_background, premultiplied
 from livecl.layering.painting import Painting
-from livecl.layering.regions import RegionFinder
+from livecl.layering.regions import RegionFinder, TargetPartitions
 from livecl.layering.stack import LayerStack
 
 SIDE = 80
@@ -115,7 +115,7 @@ def test_a_region_s_gain_is_what_is_seen() -> None:
     target = np.random.default_rng(2).uniform(size=(20, 20, 4))
     target[:, :9], target[:, 9:] = target[0, 0], 0.0
     image = np.zeros_like(target)
-    best = next(iter(RegionFinder(target, image).best(squared_error(image, target)[0], 1)))
+    best = next(iter(RegionFinder(TargetPartitions(target), image).best(squared_error(image, target)[0], 1)))
     assert np.array_equal(best.mask, np.broadcast_to(np.arange(20) < 9, (20, 20)))
     assert best.gain == pytest.approx(squared_error(image, target)[0].sum(), rel=1e-9)
 
