@@ -142,7 +142,7 @@ class Options:
         "opaque: that of new paths",
     )
     fills: Literal["auto", "solid", "linear", "radial"] = _option(
-        "solid",
+        "auto",
         "Fill of layers: one colour (solid), or a gradient where it lowers the error by more than its numbers cost: "
         "linear, radial, or either (auto)",
     )

@@ -33,9 +33,10 @@ BoolArray = NDArray[np.bool_]
 def shading_of(options: Options) -> Shading | None:
     """Return the gradients that options allow, at their price; None where layers are solid.
 
-    A number costs its share of a layer's price: `prune`, or `path_gain` where that decides on layers.
+    A number costs its share of a layer's price: `prune`, or `path_gain` where that decides on layers. Where the colours
+    of the drawing are counted or given, `colors` and `palette`, there are none: a gradient has any number of them.
     """
-    if options.fills == "solid":
+    if options.fills == "solid" or options.colors or options.palette:
         return None
     kinds = ("linear", "radial") if options.fills == "auto" else (options.fills,)
     return Shading(kinds, (max(options.prune, options.path_gain) or AUTO_PATH_GAIN) / LAYER_NUMBERS)

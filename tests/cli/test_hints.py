@@ -26,9 +26,9 @@ def said(image: NDArray[np.float64], mse: float, **changes: object) -> str:
 
 def test_a_smooth_ramp_asks_for_gradients() -> None:
     assert smooth_share(RAMP) > 0.9
-    assert "--fills auto" in said(RAMP, 4e-4)
-    assert "--fills auto" not in said(RAMP, 4e-4, fills="auto")
-    assert said(RAMP, 1e-5) == ""  # less than is seen
+    assert "--fills auto" in said(RAMP, 4e-4, fills="solid")
+    assert "--fills auto" not in said(RAMP, 4e-4)
+    assert said(RAMP, 1e-5, fills="solid") == ""  # less than is seen
 
 
 @pytest.mark.parametrize("image", [NOISE, np.ones((90, 160, 3)), np.eye(90)[..., None].repeat(3, axis=2)])

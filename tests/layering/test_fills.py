@@ -87,6 +87,7 @@ def test_a_layer_over_nothing_gets_the_alpha_of_the_picture(device: int) -> None
 
 def test_a_number_costs_a_share_of_a_layer() -> None:
     assert shading_of(Options(fills="solid")) is None
+    assert shading_of(Options(colors=4)) is None and shading_of(Options(palette="lime")) is None
     dear, cheap = shading_of(Options(fills="linear", prune=2e-4)), shading_of(Options(fills="auto", prune=1e-6))
     assert dear is not None and cheap is not None
     assert dear.price == pytest.approx(200 * cheap.price)

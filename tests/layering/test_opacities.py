@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -145,15 +146,26 @@ def test_soft_alpha_is_as_close_over_every_background_as_opaque_paths_on_white(
 ) -> None:
     # Of opaque paths, as paint adds alpha and cannot take it away: one path is one step of a slope. On white,
     # translucent paths can be lighter than what they lie on, and one of them makes two steps (docs/svg.md). Without
-    # merging, which by itself makes the run on white a third better.
+    # merging, which by itself makes the run on white a third better. Of one colour each: a gradient is no step.
     image, paths = picture(), 8
     target = premultiplied(image)
-    translucent, opaque = Options(merge=False), Options(merge=False, opacity="opaque")
+    translucent = Options(merge=False, fills="solid")
+    opaque = dataclasses.replace(translucent, opacity="opaque")
     rendered = livecl.render(livecl.vectorize(image, paths, options=translucent, device=device).drawing, device)
     on_white = livecl.vectorize(over_background(image, (1, 1, 1)), paths, options=opaque, device=device).mse
     checks = np.where((np.indices((SIDE, SIDE)) // 8).sum(axis=0)[..., None] % 2, 0.8, 0.4)
     for ground in (np.ones(3), np.zeros(3), checks):
         assert mse(_over(rendered, ground), _over(target, ground)) <= 1.2 * on_white
+
+
+@pytest.mark.parametrize("picture", [_discs, _shadow])
+def test_gradients_of_alpha_are_closer_than_steps_of_it(
+    picture: Callable[[], NDArray[np.float32]], device: int
+) -> None:
+    solid, auto = (livecl.vectorize(picture(), 8, options=Options(fills=f), device=device) for f in ("solid", "auto"))
+    assert auto.drawing.fills.any_gradients
+    assert np.ptp(auto.drawing.fills.stop_colors[:, 3]) > 0.2
+    assert auto.mse < 0.7 * solid.mse
 
 
 def test_training_minimizes_what_is_seen(device: int) -> None:
