@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import collections
 import dataclasses
 import math
 from typing import Any
@@ -15,7 +16,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import KINDS, SOLID
 from livecl.run.recipe import Recipe
 from livecl.run.result import Result
-from livecl.svg.writer import primitives
+from livecl.svg.writer import layer_kinds
 from livecl.version import __version__
 
 #: Points of a fill, by its kind: none; both ends; the centre and the ends of two axes.
@@ -23,15 +24,15 @@ NUM_POINTS = (0, 2, 3)
 
 
 def facts(result: Result, recipe: Recipe) -> dict[str, Any]:
-    """Return the content of ``--json``: size, options, error, layers (bottom first) and stages.
+    """Return the content of ``--json``: size, options, error, colours, layers (bottom first) and stages.
 
-    A layer with a stroke width, px, is a line of its fill; others have 0.
-
-    Seconds are without compilation, which stands apart.
+    `colors` has each colour and how many solid layers have it. A layer's `shape` is "circle", "ellipse", "rectangle",
+    "path" or "stroke", of a width in px; `groups` are the names of those around it, the outermost first. Seconds are
+    without compilation, which stands apart.
     """
     drawing = result.drawing
     height, width = drawing.size
-    shapes = primitives(drawing, recipe.precision)
+    solid = drawing.colors[drawing.fills.kinds == SOLID]
     working_height, working_width = result.working_size or result.drawing.size
     return {
         "width": width,
@@ -46,19 +47,22 @@ def facts(result: Result, recipe: Recipe) -> dict[str, Any]:
         "stopped": result.stopped,
         "seconds": result.seconds,
         "compile_seconds": result.compile_seconds,
+        "colors": dict(collections.Counter(format_rgb(rgba) for rgba in solid).most_common()),
         "layers": [
             {
                 "label": label,
-                "shape": shapes[layer].tag if layer in shapes else "path",
+                "groups": list(drawing.groups[layer]),
+                "shape": shape,
                 "fill": _fill(drawing, layer),
                 "stroke_width": float(drawing.strokes.widths[layer]),
                 "nodes": int(nodes),
                 "subpaths": int(subpaths),
                 "stage": int(stage) + 1,
             }
-            for layer, (label, nodes, subpaths, stage) in enumerate(
+            for layer, (label, shape, nodes, subpaths, stage) in enumerate(
                 zip(
                     drawing.labels,
+                    layer_kinds(drawing, recipe.precision),
                     np.diff(drawing.segment_offsets),
                     np.diff(drawing.layer_offsets),
                     drawing.stages,

@@ -82,6 +82,14 @@ def primitives(drawing: Drawing, precision: int = 3) -> dict[int, Primitive]:
     return found
 
 
+def layer_kinds(drawing: Drawing, precision: int = 3) -> list[str]:
+    """Return how each layer is written: as "circle", "ellipse", "rectangle", "path" (filled) or "stroke"."""
+    kinds = ["stroke" if width else "path" for width in drawing.strokes.widths.tolist()]
+    for layer, primitive in primitives(drawing, precision).items():
+        kinds[layer] = "rectangle" if primitive.tag == "rect" else primitive.tag
+    return kinds
+
+
 def format_svg(
     drawing: Drawing,
     precision: int = 3,

@@ -109,6 +109,7 @@ def test_page_says_what_it_should() -> None:
     assert "#33b333 · visible 3900 px, 8.1 % · removes an error of" in facts[0]  # the topmost is listed first
     assert f" · {result.drawing.segment_offsets[3] - result.drawing.segment_offsets[2]} nodes, " in facts[0]
     assert "at 50.2 %" in facts[1]
+    assert [fact.split(" · ")[1] for fact in facts] == ["rectangle", "circle", "path"]
     stages = [link for link in parsed.of("a") if "data-difference" in link]
     assert [link["href"] for link in stages] == ["#stage=1", "#stage=2"]
     assert stages[0]["data-facts"] == f"1 path, MSE {result.stages[0].mse:.3g}"
@@ -116,6 +117,15 @@ def test_page_says_what_it_should() -> None:
     labelled = {label.get("for") for label in parsed.of("label")}
     assert "slider" in labelled
     assert len({e["id"] for _, e in parsed.elements if "id" in e}) == sum("id" in e for _, e in parsed.elements)
+
+
+def test_page_tells_the_groups() -> None:
+    image, result = sample()
+    grouped = result.drawing.replace(groups=[["head"], ["head", "<eye>"], []])
+    page = format_report(image, dataclasses.replace(result, drawing=grouped))
+    facts = [row["data-facts"] or "" for row in Page(page).of("tr") if "data-facts" in row]
+    assert [fact.split(" · ")[1] for fact in facts] == ["rectangle", "circle in head / <eye>", "path in head"]
+    assert "<td>head / &lt;eye&gt;</td>" in page
 
 
 def test_page_needs_nothing_else(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.drawing.labels import layer_labels
 from livecl.options import Options
 from livecl.run.result import Result
-from livecl.svg.writer import quantize
+from livecl.svg.writer import layer_kinds, quantize
 from livecl.version import __version__
 from livecl.views.report import markup
 from livecl.views.report.measures import LayerFacts
@@ -28,17 +28,20 @@ def layer_section(drawing: Drawing, facts: Sequence[LayerFacts]) -> str:
         return "<p>The drawing has no layers.</p>"
     rows = []
     shown = quantize(drawing, markup.PRECISION)
+    kinds = layer_kinds(drawing, markup.PRECISION)
     for layer, (label, stage, fact) in enumerate(zip(layer_labels(drawing), drawing.stages, facts, strict=True)):
+        group = " / ".join(drawing.groups[layer])
         fill = markup.fill_of(shown, layer)
         worth = "" if fact.gradient is None else f" (one colour instead: {fact.gradient:+.3g})"
         area, share = f"{fact.area:.0f}", f"{100 * fact.area_share:.1f} %"
         said = (
-            f"{label} · {fill}{worth} · visible {area} px, {share} · "
+            f"{label} · {kinds[layer]}{f' in {group}' if group else ''} · {fill}{worth} · visible {area} px, {share} · "
             f"removes an error of {fact.removed:.3g} · "
             f"{fact.num_nodes} nodes, {fact.num_bytes} bytes"
         )
         cells = [
             f'{markup.swatch(shown, layer)} <button type="button">{markup.text(label)}</button>',
+            kinds[layer],
             markup.text(fill),
             area,
             share,
@@ -46,10 +49,12 @@ def layer_section(drawing: Drawing, facts: Sequence[LayerFacts]) -> str:
             "" if fact.gradient is None else f"{fact.gradient:.3g}",
             str(fact.num_nodes),
             str(fact.num_bytes),
+            markup.text(group),
             str(stage + 1),
         ]
         rows.append((f' data-facts="{markup.text(said)}"', cells))
-    head = ("Layer", "Fill", "Visible, px", "Visible", "Error removed", "By its gradient", "Nodes", "Bytes", "Stage")
+    measures = ("Visible, px", "Visible", "Error removed", "By its gradient", "Nodes", "Bytes")
+    head = ("Layer", "Shape", "Fill", *measures, "Group", "Stage")
     listed = markup.table(head, rows[::-1], 'id="layers"')
     return f'<div class="scroll">{listed}</div>'
 
