@@ -46,10 +46,9 @@ class Step:
     @property
     def name(self) -> str:
         """Name of the stage under way: "stage 2/4" or "revision 1"."""
-        scheduled = len(self._run.progress.schedule)
         if self.kind == "revise":
             return f"revision {self.stage - self.num_stages + self._run.state.options.revisions + 1}"
-        return f"stage {self.stage + 1}/{scheduled}"
+        return f"stage {self.stage + 1}/{self._run.num_stages}"
 
     @property
     def drawing(self) -> Drawing:

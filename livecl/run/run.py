@@ -41,6 +41,7 @@ class Run(Work):
     ) -> None:
         super().__init__(image, progress, device, check)
         self.plan = plan_of(progress.schedule, self.options.revisions, self.options.strokes)
+        self.num_stages = sum(phase.kind != "revise" for phase in self.plan)
 
     def warm_up(self) -> None:
         """Compile the kernels of a step: runtimes compile a kernel when it is first launched."""

@@ -31,7 +31,14 @@ class Work(Context):
         OpenCL device.
     check : callable
         Called several times a second in placement and merging, and after each step; raises to interrupt the run.
+
+    Attributes
+    ----------
+    num_stages : int
+        Phases of the run's plan before the first revision.
     """
+
+    num_stages: int
 
     def __init__(
         self,
@@ -56,8 +63,8 @@ class Work(Context):
 
     @property
     def revising(self) -> bool:
-        """Whether all stages of the schedule are behind the run."""
-        return self.state.stage >= len(self.progress.schedule)
+        """Whether all stages are behind the run."""
+        return self.state.stage >= self.num_stages
 
     @contextlib.contextmanager
     def all_or_nothing(self) -> Iterator[None]:
@@ -70,8 +77,8 @@ class Work(Context):
             raise
 
     def end_growth(self) -> None:
-        """Leave out the stages of the schedule that are left: only revisions are."""
-        self.state.stage = len(self.progress.schedule)
+        """Leave out the stages that are left: only revisions are."""
+        self.state.stage = self.num_stages
 
     def remember(self) -> None:
         """Make the drawing the fallback of the phase that begins."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.line_art import DRAWINGS, match
 
-from livecl import Options, Rasterizer, render, vectorize
+from livecl import Control, Options, Rasterizer, render, vectorize
 from livecl.layering.context import Context
 from livecl.layering.strokes import find_strokes
 
@@ -70,3 +70,23 @@ def test_paper_of_another_colour_than_the_ground_is_no_line_art() -> None:
 
     assert find_strokes(_context(image), WHITE).num_layers == 0
     assert find_strokes(_context(image), np.array([0.5, 0.8, 0.5])).num_layers == 1
+
+
+@pytest.mark.parametrize("fills", ["solid", "auto"])
+def test_runs_end_where_strokes_leave_nothing_to_fill(fills: str) -> None:
+    """Once no path is worth placing, all stages are behind the run, that of the strokes among them."""
+    true = DRAWINGS["star"]
+    names: list[str] = []
+    options = Options(strokes="auto", fills=fills, background="#ffffff", iterations=20)  # type: ignore[arg-type]
+
+    result = vectorize(
+        render(true),
+        schedule=[1, 1],
+        options=options,
+        on_step=lambda step: names.append(step.name),
+        control=Control(time_limit=60),
+    )
+
+    assert result.stopped is None
+    assert (result.drawing.strokes.widths > 0).tolist() == [True]
+    assert set(names) == {"stage 1/3"}
