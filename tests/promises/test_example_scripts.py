@@ -19,6 +19,9 @@ WRITTEN = {
     "custom_loss": {"before.svg", "after.svg"},
     "scipy_optimizer": {"face.svg"},
     "strokes": {"strokes.svg"},
+    "sketch": {"sketch.svg"},
+    "letters": {"letters.svg"},
+    "refine": {"traced.svg", "refined.svg"},
 }
 
 
@@ -37,10 +40,10 @@ def test_script(name: str, tmp_path: Path) -> None:
             assert read_image(file).std() > 0.1
     assert [file for file in sorted(EXAMPLES.rglob("*")) if "__pycache__" not in file.parts] == files
     improved = re.search(r"MSE (\S+) -> ([^\s:]+)", done.stdout)
-    if name in ("custom_loss", "scipy_optimizer", "strokes"):
+    if name not in ("logo", "photograph"):
         assert improved is not None
         assert float(improved[2]) < float(improved[1]) / 2
 
 
-def test_all_scripts_are_tested() -> None:
-    assert {file.stem for file in EXAMPLES.glob("*.py")} == {*WRITTEN, "make"}
+def test_all_scripts_are_tested() -> None:  # `make` in test_packaging.py, the autoencoder in test_vae_example.py
+    assert {file.stem for file in EXAMPLES.glob("*.py")} == {*WRITTEN, "make", "vae_interpolation"}
