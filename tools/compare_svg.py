@@ -15,7 +15,7 @@ from scipy import ndimage
 import livecl
 from livecl.drawing.drawing import Drawing
 from livecl.geometry import bezier
-from livecl.rendering.rasterizer import TOLERANCE
+from livecl.rendering.device_canvas import TOLERANCE
 from livecl.rendering.single import render
 from livecl.rendering.strokes import filled
 

@@ -23,8 +23,10 @@ OWN_SHARE, LEAST_PIXELS = 0.95, 24
 #: Alpha of the layers below up to which a layer over nothing shows its own alpha.
 CLEAR = 0.02
 #: Differences of colour within 3 x 3 pixels up to which they are flat; second differences up to which colour drifts, as
-#: rounding makes them; and the share of flat pixels from which on as large a share of the changes must be drifts.
-FLAT, BEND, FLAT_SHARE = 0.6 / 255, 2.1 / 255, 0.5
+#: rounding makes them.
+FLAT, BEND = 0.6 / 255, 2.1 / 255
+#: Share of flat pixels from which on a gradient needs as many where colour drifts, or this share of the changes.
+FLAT_SHARE, DRIFT_SHARE = 0.1, 0.5
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -65,7 +67,7 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
     residual = (context.target - context.rasterizer.forward(drawing)).astype(np.float64)
     above, below = _transmittances(alphas)
     changes = _Changes.of(np.asarray(context.target, dtype=np.float64))
-    price = shading.price * 3 * residual[..., 0].size
+    price = shading.price_in(residual[..., 0].size)
     colors, parts, changed = drawing.colors.copy(), [], False
     for layer in range(drawing.num_layers):
         fills = drawing.fills.subset([layer])
@@ -144,11 +146,14 @@ class _Changes:
     ----------
     flat : (H, W) bool
         Pixels around which 3 x 3 are of one colour.
+    sloping : (H, W) bool
+        Pixels around which 3 x 3 change smoothly, and are not flat.
     drifts, jumps : (H, W) float
         Change to the next pixels, where it is smooth and where it is not.
     """
 
     flat: BoolArray
+    sloping: BoolArray
     drifts: FloatArray
     jumps: FloatArray
 
@@ -165,9 +170,13 @@ class _Changes:
             bend = np.maximum(bend, np.abs(bends).max(axis=-1))
             change += np.abs(ndimage.convolve1d(image, [0.5, 0.0, -0.5], axis=axis, mode="nearest")).max(axis=-1)
         smooth = bend <= BEND
-        return cls(span.max(axis=-1) <= FLAT, np.where(smooth, change, 0), np.where(smooth, 0, change))
+        flat = span.max(axis=-1) <= FLAT
+        sloping = ndimage.minimum_filter(smooth, 3) & ~flat
+        return cls(flat, sloping, np.where(smooth, change, 0), np.where(smooth, 0, change))
 
     def drift(self, own: BoolArray) -> bool:
         """Whether colour drifts within some pixels (H, W), rather than jump from one flat colour to another."""
         drifts, jumps = float(self.drifts[own].sum()), float(self.jumps[own].sum())
-        return bool(np.mean(self.flat[own]) < FLAT_SHARE or drifts > FLAT_SHARE * (drifts + jumps))
+        flat = np.count_nonzero(self.flat[own])
+        few = flat < FLAT_SHARE * np.count_nonzero(own) or flat <= np.count_nonzero(self.sloping[own])
+        return bool(few or drifts > DRIFT_SHARE * (drifts + jumps))

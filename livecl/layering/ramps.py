@@ -23,6 +23,8 @@ FloatArray = NDArray[np.float64]
 LAYER_NUMBERS = 28
 #: Numbers that describe the geometry of each kind, by kind; those of one colour.
 GEOMETRY_NUMBERS, COLOR_NUMBERS = (0, 4, 6), 4
+#: Pixels of the smallest picture on which a number's price is a share of the whole: 240 x 240.
+LEAST_PRICED = 57600
 #: Most pixels that a fit looks at, and that the search for a geometry looks at.
 MAX_PIXELS, SEARCH_PIXELS = 4000, 400
 #: Mean squared error, of a channel, at which a fit is as good as one can be: a third of a level of 255, and a little.
@@ -42,11 +44,18 @@ MOST_STRETCHED = 6.0
 class Shading:
     """Gradients that layers may have: their kinds, of "linear" and "radial", and the price of a number.
 
-    The price is in mean squared error over all pixels and channels.
+    The price is in mean squared error over all pixels and three channels.
     """
 
     kinds: tuple[str, ...]
     price: float
+
+    def price_in(self, num_pixels: int) -> float:
+        """Return the price of a number in a picture, as squared error summed over pixels and channels.
+
+        On small pictures it stays that of `LEAST_PRICED` pixels: there, a pixel of an edge would pay for a gradient.
+        """
+        return self.price * 3 * max(num_pixels, LEAST_PRICED)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

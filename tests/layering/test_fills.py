@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from support.shapes import rectangle
@@ -12,7 +14,7 @@ from livecl import Options
 from livecl.drawing import LINEAR, RADIAL, SOLID, Drawing, Fills
 from livecl.layering.context import Context
 from livecl.layering.fills import shaded, shading_of
-from livecl.layering.ramps import LAYER_NUMBERS
+from livecl.layering.ramps import LAYER_NUMBERS, Shading
 from livecl.rendering.rasterizer import Rasterizer
 
 COLORS = [(0.9, 0.2, 0.1, 1), (0.1, 0.3, 0.8, 1)]
@@ -52,7 +54,8 @@ def test_a_fill_is_found_from_its_picture(fills: Fills | None, kind: int, device
 def shading_price(context: Context) -> float:
     shading = shading_of(context.options)
     assert shading is not None
-    return shading.price
+    pixels = context.target[..., 0].size
+    return shading.price_in(pixels) / (3 * pixels)
 
 
 def test_a_gradient_on_a_flat_layer_goes_back_to_one_colour(device: int) -> None:
@@ -66,6 +69,30 @@ def test_no_gradient_is_drawn_across_flat_colours(device: int) -> None:
     drawing = Drawing.from_outlines(halves, COLORS, (36, 40))
     context = Context(Rasterizer(drawing.size, device), livecl.render(drawing, device), Options(fills="auto"))
     assert shaded(context, _square(None), np.ones(1, bool)).fills.kinds.tolist() == [SOLID]
+
+
+def test_no_gradient_is_drawn_across_small_flat_spots(device: int) -> None:
+    """Most of their pixels are beside an edge, which is neither flat nor a drift."""
+    spots = [[rectangle(x, y, x + 5, y + 5)] for y in (4, 12, 20) for x in (4, 12, 20)]
+    drawing = Drawing.from_outlines(spots, [COLORS[k % 2] for k in range(9)], (36, 40))
+    context = Context(Rasterizer(drawing.size, device), livecl.render(drawing, device), Options())
+    joined = Drawing.from_outlines([[spot for (spot,) in spots]], (0.4, 0.5, 0.6, 1), (36, 40))
+    assert shaded(context, joined, np.ones(1, bool)).fills.kinds.tolist() == [SOLID]
+
+
+def test_noise_may_have_a_gradient(device: int) -> None:
+    """Noisy slopes have no smooth pixels; flat ones stay flat for the error alone."""
+    noise = 0.03 * np.random.default_rng(0).standard_normal((36, 40, 3))
+    for fills, kind in ((Fills.linear((0, 0), (45, 30), COLORS), LINEAR), (None, SOLID)):
+        context, square = _wanted(fills, device)
+        noisy = dataclasses.replace(context, target=(context.target + noise).astype(np.float32))
+        assert shaded(noisy, square, np.ones(1, bool)).fills.kinds.tolist() == [kind]
+
+
+def test_numbers_cost_no_less_on_small_pictures() -> None:
+    shading = Shading(("linear",), 1e-7)
+    assert shading.price_in(48 * 48) == shading.price_in(240 * 240) == pytest.approx(3e-7 * 57600)
+    assert shading.price_in(480 * 240) == pytest.approx(6e-7 * 57600)
 
 
 def test_a_translucent_layer_keeps_its_opacity(device: int) -> None:

@@ -241,7 +241,7 @@ def _explaining(
                 return explaining
     share, slopes, cores = flatness(pixels)
     if shading is not None and slopes > SOME_SLOPES:
-        regions = smooth_regions(pixels, shading.price * pixels.size, shading.kinds)
+        regions = smooth_regions(pixels, shading.price_in(pixels[..., 0].size), shading.kinds)
         if _many_explained(regions):
             found = _structure_of(regions, np.array(ground), check)
             if found.shaded and (explaining := _judged(found, most)) is not None:

@@ -124,6 +124,8 @@ class SmoothRegions(FlatRegions):
 
     def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
         """Return by how much error and price of one fill for some regions and others exceed those of two fills."""
+        if self.paint(one).kind == SOLID == self.paint(other).kind:  # no ramp leads from one flat colour to another
+            return super().rise(one, other)
         moments = self._affine(one), self._affine(other)
         count = float(moments[0][0, 0] + moments[1][0, 0])
         apart = self.error(one) + self.error(other) + 3 * ONE_FILL * count

@@ -75,6 +75,17 @@ def test_parts_of_one_ramp_are_alike_and_others_are_not(device: int) -> None:
     assert not regions.alike(right, turned)
 
 
+def test_two_flat_colours_have_no_ramp_between_them(device: int) -> None:
+    """One ramp would show both, as no pixel lies between."""
+    parts = [[rectangle(8, 8, 40, 60)], [rectangle(50, 8, 90, 60)], [rectangle(8, 66, 90, 76)]]
+    ramp = concatenate_fills([Fills.solid(2), Fills.linear((0, 0), (96, 0), [WARM, COOL])])
+    drawing = Drawing.from_outlines(parts, [WARM, COOL, WARM], (80, 96), fills=ramp)
+    regions = smooth_regions(picture(drawing, device), PRICE, KINDS)
+    left, right = (frozenset((int(regions.labels[30, column]),)) for column in (20, 70))
+    assert regions.rise(left, right) == np.inf
+    assert regions.rise(left, left) == 0
+
+
 def ramp_and(ramp: Fills, start: tuple[float, ...], end: tuple[float, ...]) -> Fills:
     """Return a fill, and one that runs the other way."""
     return concatenate_fills([ramp, Fills.linear((0, 0), (96, 0), [start, end])])
