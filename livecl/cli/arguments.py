@@ -174,6 +174,13 @@ def _add_drawing(add: Adder) -> None:
         help="groups of layers: thing, those that lie inside another one, with it; stage, those that one stage added; "
         "none (default: thing)",
     )
+    add(
+        "--swatches",
+        action=argparse.BooleanOptionalAction,
+        default=False,
+        help="write each colour as a swatch of Inkscape's, which changes wherever it is used; viewers show it as the "
+        "colour, but programs that know no gradients may not",
+    )
     add("--seed", type=whole(0), default=0, metavar="N", help="seed of all random choices (default: 0)")
 
 

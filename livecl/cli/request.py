@@ -128,6 +128,7 @@ def recipe_of(arguments: argparse.Namespace) -> Recipe:
         precision=arguments.precision,
         layers=arguments.layers,
         groups=arguments.groups,
+        swatches=arguments.swatches,
         start=start,
         lock=_locked(start, arguments.lock or ()),
     )
@@ -150,6 +151,7 @@ def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]
         "precision": recipe.precision,
         "layers": recipe.layers,
         "groups": recipe.groups,
+        "swatches": recipe.swatches,
         "seed": recipe.seed,
         **dataclasses.asdict(recipe.options),
         **{name: getattr(arguments, name) for name in ("device", "threads", "workers", "scheduler", "time_limit")},

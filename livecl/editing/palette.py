@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,21 +12,23 @@ from livecl.drawing.colors import parse_color
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
 from livecl.layering.context import Context
-from livecl.layering.contributions import layer_alphas, visible_shares
+from livecl.layering.contributions import ShareArray, layer_alphas, visible_shares
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 
 #: CIEDE2000 difference under which two colours become one: about half of what most people notice.
 JUST_NOTICEABLE = 1.0
-#: Rounds of Lloyd's iteration, at most.
-ROUNDS = 50
+#: Rounds of Lloyd's iteration, and of moving layers between clusters, at most; fall of the squared error that counts.
+ROUNDS, LEAST_GAIN = 50, 1e-6
 
 
 def with_few_colors(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Drawing:
     """Return a drawing whose solid layers that are `free`, (N,), have the colours that the options ask for.
 
     `Options.palette`: each the nearest of it. `Options.colors`: that many, the background's among them, of least
-    squared error. Without either, with `Options.simplify`: layers of nearly the same colour have that of the largest.
+    squared error in the picture. Without either, with `Options.simplify`: layers of nearly the same colour have that of
+    the largest.
     """
     options = context.options
     changed = free & (drawing.fills.kinds == SOLID)
@@ -34,17 +38,79 @@ def with_few_colors(context: Context, drawing: Drawing, free: NDArray[np.bool_])
     if options.palette:
         colors[changed] = nearest(colors[changed], palette_of(options.palette))
     else:
-        areas = visible_shares(layer_alphas(drawing, context.rasterizer)).sum(axis=(1, 2), dtype=np.float64)
+        shares = visible_shares(layer_alphas(drawing, context.rasterizer))
         if options.colors:
             fixed = colors[~changed]
             if drawing.background is not None:
                 fixed = np.concatenate([fixed, drawing.background[None]])
             fixed = np.unique(np.round(fixed * 255) / 255, axis=0)
-            few = clustered(colors[changed], areas[changed] + 1e-6, fixed, options.colors)
-            colors[changed] = nearest(colors[changed], few)
+            colors[changed] = fewest(_Picture.of(context, drawing, changed, shares), colors[changed], fixed)
         else:
-            colors[changed] = joined(colors[changed], areas[changed])
+            colors[changed] = joined(colors[changed], shares.sum(axis=(1, 2), dtype=np.float64)[changed])
     return drawing.replace(colors=np.concatenate([colors, drawing.colors[:, 3:]], axis=1))
+
+
+@dataclasses.dataclass(frozen=True)
+class _Picture:
+    """The squared error of a picture as a function of the colours c (n, 3) of some layers.
+
+    Their shares s (n, P) of the pixels' colours make the picture ``rest + s^T c``, so that with what is missing of the
+    target without them, d (P, 3), the error is ``tr(c^T A c) - 2 tr(c^T b)`` and a constant, where ``A = s s^T`` and
+    ``b = s d``. Without a background, an error of alpha e_a counts as in `livecl.image.errors.visible_error`: d is less
+    by ``e_a / 2``.
+    """
+
+    count: int
+    square: FloatArray  # A (n, n)
+    product: FloatArray  # b (n, 3)
+
+    @classmethod
+    def of(cls, context: Context, drawing: Drawing, changed: NDArray[np.bool_], shares: ShareArray) -> _Picture:
+        black = drawing.colors.copy()
+        black[changed, :3] = 0
+        missing = context.target - context.rasterizer.forward(drawing.replace(colors=black))
+        if missing.shape[2] == 4:
+            missing = missing[..., :3] - missing[..., 3:] / 2
+        own = shares[changed].reshape(np.count_nonzero(changed), -1).astype(np.float64)
+        return cls(context.options.colors, own @ own.T, own @ missing.reshape(-1, 3))
+
+    def solved(self, own: IntArray, fixed: FloatArray, count: int) -> tuple[FloatArray, float]:
+        """Return the colours (count, 3) of clusters, the first of them `fixed`, and their error.
+
+        `own` (n,) is the cluster of each layer.
+        """
+        member = np.zeros((len(own), count))
+        member[np.arange(len(own)), own] = 1
+        square, product, first = member.T @ self.square @ member, member.T @ self.product, len(fixed)
+        colors = np.concatenate([fixed, np.zeros((count - first, 3))])
+        rest = square[first:, first:] + 1e-9 * np.eye(count - first)
+        colors[first:] = np.linalg.solve(rest, product[first:] - square[first:, :first] @ fixed)
+        colors = np.round(np.clip(colors, 0, 1) * 255) / 255
+        return colors, float(np.sum(colors * (square @ colors)) - 2 * np.sum(colors * product))
+
+
+def fewest(picture: _Picture, colors: FloatArray, fixed: FloatArray) -> FloatArray:
+    """Return the colours (n, 3) of layers, few of them, `fixed` (F, 3) among these, of least squared error.
+
+    Clusters of the colours by what is seen of each, then layers move from one cluster to another as long as the
+    picture's error falls, the best colours of the clusters being those of least squares.
+    """
+    weights = np.diag(picture.square)
+    few = clustered(colors, weights + 1e-6, fixed, picture.count)
+    own: IntArray = np.argmin(np.square(colors[:, None] - few[None]).sum(axis=2), axis=1)
+    best, error = picture.solved(own, fixed, len(few))
+    for _ in range(ROUNDS):
+        before = error
+        for layer in np.argsort(-weights, kind="stable").tolist():
+            for other in range(len(few)):
+                moved = own.copy()
+                moved[layer] = other
+                found, lower = picture.solved(moved, fixed, len(few))
+                if lower < error - LEAST_GAIN:
+                    own, best, error = moved, found, lower
+        if error >= before:
+            break
+    return best[own]
 
 
 def palette_of(text: str) -> FloatArray:

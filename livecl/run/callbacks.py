@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
-from livecl.run.phases import Kind
+from livecl.run.phases import Kind, Revise
 from livecl.run.run import Run
 
 
@@ -21,11 +21,12 @@ class Step:
 
     Attributes
     ----------
-    kind : "refine", "grow" or "revise"
-        Kind of the stage: it trains the start drawing, adds paths, or replaces the least useful ones.
+    kind : "refine", "stroke", "grow", "revise" or "recolor"
+        Kind of the stage: it trains the start drawing, draws strokes, adds paths, replaces the least useful ones, or
+        trains outlines in the few colours that are left.
     stage, num_stages : int
-        Stage under way, from 0 on, and how many are planned: those of the schedule, then revisions. Some may be left
-        out.
+        Stage under way, from 0 on, and how many are planned: those of the schedule, then revisions, then recoloring.
+        Some may be left out.
     iteration, iterations : int
         Steps of the stage done, and how many there are.
     paths : int
@@ -45,9 +46,12 @@ class Step:
 
     @property
     def name(self) -> str:
-        """Name of the stage under way: "stage 2/4" or "revision 1"."""
-        if self.kind == "revise":
-            return f"revision {self.stage - self.num_stages + self._run.state.options.revisions + 1}"
+        """Name of the stage under way: "stage 2/4", "revision 1" or "recoloring"."""
+        if self.kind == "recolor":
+            return "recoloring"
+        phase = self._run.plan[self.stage]
+        if isinstance(phase, Revise):
+            return f"revision {phase.number + 1}"
         return f"stage {self.stage + 1}/{self._run.num_stages}"
 
     @property

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Phases of a run: refine a drawing to start from, grow it by new paths, revise it at the end.
+"""Phases of a run: refine a drawing to start from, grow it by new paths, revise it at the end, leave few colours.
 
 Each phase begins by changing the layers, is trained by the loop (:mod:`livecl.run.loop`), and ends by a decision:
 :meth:`Phase.end` returns whether the trained drawing is kept.
@@ -14,6 +14,7 @@ from typing import ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.editing import with_few_colors
 from livecl.layering.fills import shaded
 from livecl.layering.merging import can_merge, merge_neighbors
 from livecl.layering.placement import place_paths
@@ -22,7 +23,7 @@ from livecl.layering.strokes import find_strokes
 from livecl.run.work import Work
 from livecl.training.state import FREE, KEPT
 
-Kind = Literal["refine", "stroke", "grow", "revise"]
+Kind = Literal["refine", "stroke", "grow", "revise", "recolor"]
 
 
 class Phase(Protocol):
@@ -171,19 +172,36 @@ class Revise:
         return order[start : start + count]
 
 
-def plan_of(schedule: Sequence[int], revisions: int, strokes: str = "off") -> tuple[Phase, ...]:
+@dataclasses.dataclass(frozen=True)
+class Recolor:
+    """Leave as many colours as `Options.colors` asks for, and train outlines with these."""
+
+    kind: ClassVar[Kind] = "recolor"
+
+    def begin(self, run: Work) -> bool:
+        """Choose the colours, which stay."""
+        run.state.recolor(with_few_colors(run, run.state.drawing, ~run.state.locked))
+        return True
+
+    def end(self, run: Work) -> bool:
+        """Keep the drawing: it was asked for."""
+        return True
+
+
+def plan_of(schedule: Sequence[int], revisions: int, strokes: str = "off", recolors: bool = False) -> tuple[Phase, ...]:
     """Return the phases of a run.
 
     One for each stage of the schedule, of which 0 refines, then revisions; strokes are drawn before paths
-    are added, or in place of them.
+    are added, or in place of them; where the number of colours is limited, they are chosen at the end.
     """
+    last = [Recolor()] if recolors else []
     stages: list[Phase] = [Grow(count) if count else Refine() for count in schedule]
     if strokes != "off":
         first = next((index for index, phase in enumerate(stages) if isinstance(phase, Grow)), len(stages))
         stages.insert(first, Stroke())
         if strokes == "only":
-            return tuple(stages[: first + 1])
-    return (*stages, *(Revise(number) for number in range(revisions)))
+            return (*stages[: first + 1], *last)
+    return (*stages, *(Revise(number) for number in range(revisions)), *last)
 
 
 def place(run: Work, count: int, stage: int) -> int:

@@ -62,8 +62,10 @@ class Recipe:
     layers : "inkscape" or "plain"
         How layers and stages are written, see :func:`livecl.svg.writer.format_svg`.
     groups : "thing", "stage" or "none"
-        Which layers form groups: those that lie inside another one, with it (those of `start`, where it has some);
+        Which layers form groups: those that lie inside another one, with it (a run from `start` keeps that drawing's);
         those that one stage added; none.
+    swatches : bool
+        Whether colours are written as Inkscape's swatches, which change wherever they are used.
     start : Drawing, optional
         Drawing to start from, stretched to the picture's canvas, which must have the same proportions.
     lock : sequence of int
@@ -83,6 +85,7 @@ class Recipe:
     precision: int = 3
     layers: LayerStyle = "inkscape"
     groups: GroupKind = "thing"
+    swatches: bool = False
     start: Drawing | None = None
     lock: Sequence[int] = ()
 
@@ -144,6 +147,7 @@ class Recipe:
             "precision": self.precision,
             "layers": self.layers,
             "groups": self.groups,
+            "swatches": self.swatches,
             "start": None if self.start is None else format_svg(self.start, MAX_PRECISION),
             "lock": sorted(map(int, self.lock)),
         }
@@ -215,7 +219,7 @@ class Recipe:
 
         def enlarged(result: Result, measured: bool = True) -> Result:
             stages = [finished(stage, measured) for stage in result.stages]
-            if measured and self.groups == "thing":
+            if measured and self.groups == "thing" and (start is None or not start.num_layers):
                 coverages = Rasterizer(smaller, device).coverages(scaled(stages[-1].drawing, smaller))
                 stages[-1] = dataclasses.replace(stages[-1], drawing=grouped(stages[-1].drawing, coverages))
             return dataclasses.replace(
@@ -231,7 +235,7 @@ class Recipe:
 
     def svg(self, drawing: Drawing) -> str:
         """Return a drawing as SVG text, as the recipe says."""
-        return format_svg(drawing, self.precision, self.layers, groups=self.groups)
+        return format_svg(drawing, self.precision, self.layers, groups=self.groups, swatches=self.swatches)
 
 
 @with_hints

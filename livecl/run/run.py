@@ -15,7 +15,7 @@ from livecl.geometry.outlines import circle
 from livecl.layering.merging import can_merge, merge_neighbors
 from livecl.layering.pruning import needed_layers
 from livecl.layering.trimming import trimmed
-from livecl.run.phases import Grow, Phase, Revise, plan_of
+from livecl.run.phases import Grow, Phase, Recolor, Revise, plan_of
 from livecl.run.progress import Progress
 from livecl.run.work import Work
 from livecl.svg import quantize
@@ -40,8 +40,9 @@ class Run(Work):
         check: Callable[[], None] = lambda: None,
     ) -> None:
         super().__init__(image, progress, device, check)
-        self.plan = plan_of(progress.schedule, self.options.revisions, self.options.strokes)
-        self.num_stages = sum(phase.kind != "revise" for phase in self.plan)
+        recolors = bool(self.options.colors and not self.options.palette)
+        self.plan = plan_of(progress.schedule, self.options.revisions, self.options.strokes, recolors)
+        self.num_stages = sum(phase.kind not in ("revise", "recolor") for phase in self.plan)
 
     def warm_up(self) -> None:
         """Compile the kernels of a step: runtimes compile a kernel when it is first launched."""
@@ -54,13 +55,22 @@ class Run(Work):
     @property
     def phase(self) -> Phase | None:
         """The phase under way, or about to begin; None after the last."""
-        return self.plan[self.state.stage] if self.state.stage < len(self.plan) else None
+        index = self._index
+        return self.plan[index] if index < len(self.plan) else None
 
     @property
     def finished(self) -> bool:
-        """Whether no phase is left, or revisions have failed too often or have no layer to replace."""
-        spent = self.revising and (self.progress.failures >= Revise.max_failures or not self.state.free.any())
-        return self.phase is None or spent
+        """Whether no phase is left that would do anything."""
+        return self.phase is None
+
+    @property
+    def _index(self) -> int:
+        """Index of the phase: no revision begins when they have failed too often or have no layer to replace."""
+        index = self.state.stage
+        if not self.progress.placed and (self.progress.failures >= Revise.max_failures or not self.state.free.any()):
+            while index < len(self.plan) and isinstance(self.plan[index], Revise):
+                index += 1
+        return index
 
     @property
     def trained(self) -> bool:
@@ -69,10 +79,14 @@ class Run(Work):
 
     def begin(self) -> bool:
         """Begin the next phase; return False where it is left out, since no path is worth placing."""
-        if self.phase is None:
+        phase = self.phase
+        if phase is None:
             raise ValueError("begin: the run is finished")
-        if not self.phase.begin(self):
+        self.state.stage = self._index
+        if not phase.begin(self):
             return False
+        if self.options.palette:
+            self.state.recolor(with_few_colors(self, self.state.drawing, ~self.state.locked))
         self.state.pieces = self.rasterizer.pieces(self.state.drawing)
         self.progress.placed = True
         return True
@@ -108,7 +122,8 @@ class Run(Work):
         if options.target_mse > 0 or options.path_gain > 0:
             before, progress.error = progress.error, self.visible_mse(state.drawing)
             if progress.error <= options.target_mse:
-                state.stage = len(self.plan)
+                left = range(state.stage, len(self.plan))
+                state.stage = next((k for k in left if isinstance(self.plan[k], Recolor)), len(self.plan))
             elif isinstance(phase, Grow) and before - progress.error < options.path_gain * phase.count:
                 self.end_growth()
         return kept

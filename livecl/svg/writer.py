@@ -19,6 +19,7 @@ from livecl.svg.groups import GroupKind, format_members, group_ids, groups_of, u
 from livecl.svg.outline_data import MAX_PRECISION, format_outline, rounded_points
 from livecl.svg.primitives import Primitive, primitive_of
 from livecl.svg.servers import PaintServer, format_decimal, format_gradients, without_plain_gradients
+from livecl.svg.swatches import swatches_of
 
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
@@ -96,6 +97,7 @@ def format_svg(
     layers: LayerStyle = "inkscape",
     *,
     groups: GroupKind | None = None,
+    swatches: bool = False,
     cubics: bool = False,
 ) -> str:
     """Return a drawing as SVG text.
@@ -117,6 +119,8 @@ def format_svg(
         ``thing``: the drawing's own groups (:attr:`Drawing.groups`). ``stage``: layers that one stage added, where they
         follow each other, form a group which Inkscape shows as a layer; only then the stages are kept. ``none``: none.
         Where not given: the drawing's own, or where it has none, its stages.
+    swatches : bool
+        With `layers` "inkscape": whether colours are swatches of Inkscape's, which change wherever they are used.
     cubics : bool
         Whether all is written as paths of cubics, as animations need; straight segments are lines otherwise, and layers
         that are circles, ellipses or rectangles such elements.
@@ -129,17 +133,17 @@ def format_svg(
     if layers == "inkscape":
         namespaces += f' xmlns:inkscape="{INKSCAPE_NAMESPACE}"'
     lines = [f'<svg {namespaces} width="{width}" height="{height}" viewBox="0 0 {width} {height}">']
-    if drawing.background is not None:
-        lines.append(
-            f'  <rect id="background" width="{width}" height="{height}" fill="{format_rgb(drawing.background)}"/>'
-        )
     members = groups_of(drawing, groups if layers == "inkscape" else "none")
-    labels = drawing.labels
-    ids = list(map(unique_ids(["background", *group_ids(members)]), labels))
+    labels, unique_id = drawing.labels, unique_ids(["background", *group_ids(members)])
+    ids = list(map(unique_id, labels))
     servers = format_gradients(drawing, ids, precision)
-    if servers:
-        definitions = dict.fromkeys(server.definition for server in servers.values())
+    named = swatches_of(drawing, unique_id) if swatches and layers == "inkscape" else {}
+    definitions = dict.fromkeys(server.definition for server in (*named.values(), *servers.values()))
+    if definitions:
         lines += ["  <defs>", *(f"    {definition}" for definition in definitions), "  </defs>"]
+    if drawing.background is not None:
+        ground = _paint_of(format_rgb(drawing.background), named)
+        lines.append(f'  <rect id="background" width="{width}" height="{height}" fill="{ground}"/>')
     shapes = {} if cubics else primitives(drawing, precision)
     paths = []
     for layer, (identifier, label) in enumerate(zip(ids, labels, strict=True)):
@@ -148,7 +152,9 @@ def format_svg(
             tag, geometry = shapes[layer].tag, shapes[layer].text
         else:
             geometry = _format_data(drawing, layer, precision, cubics)
-        paint = _format_paint(drawing, layer, precision, servers.get(layer))
+        server = servers.get(layer)
+        color = _paint_of(format_rgb(drawing.colors[layer]), named) if server is None else f"url(#{server.identifier})"
+        paint = _format_paint(drawing, layer, precision, color)
         paths.append(_format_element(tag, identifier, label, f"{paint} {geometry}", layers))
     lines.extend(format_members(members, paths))
     lines.append("</svg>\n")
@@ -162,9 +168,10 @@ def save_svg(
     layers: LayerStyle = "inkscape",
     *,
     groups: GroupKind | None = None,
+    swatches: bool = False,
 ) -> None:
     """Write a drawing as an SVG file, replacing an existing one atomically; arguments as in :func:`format_svg`."""
-    write_atomically(path, format_svg(drawing, precision, layers, groups=groups))
+    write_atomically(path, format_svg(drawing, precision, layers, groups=groups, swatches=swatches))
 
 
 def _format_element(tag: str, identifier: str, label: str, attributes: str, layers: LayerStyle) -> str:
@@ -175,12 +182,16 @@ def _format_element(tag: str, identifier: str, label: str, attributes: str, laye
     return f'<{tag} id="{identifier}" {attributes}><title>{escape(label)}</title></{tag}>'
 
 
-def _format_paint(drawing: Drawing, layer: int, precision: int, server: PaintServer | None) -> str:
+def _paint_of(code: str, swatches: dict[str, PaintServer]) -> str:
+    return f"url(#{swatches[code].identifier})" if code in swatches else code
+
+
+def _format_paint(drawing: Drawing, layer: int, precision: int, color: str) -> str:
     """Paint of a layer, as attributes. The nonzero rule is SVG's default."""
     rgba, is_stroked = drawing.colors[layer], drawing.strokes.widths[layer] > 0
     name = "stroke" if is_stroked else "fill"
-    paint = f'{name}="{format_rgb(rgba) if server is None else f"url(#{server.identifier})"}"'
-    if server is None and rgba[3] < 1:
+    paint = f'{name}="{color}"'
+    if drawing.fills.kinds[layer] == SOLID and rgba[3] < 1:
         paint += f' {name}-opacity="{format_decimal(round(rgba[3] * 1e5), 5)}"'
     if is_stroked:
         paint = f'fill="none" {paint} {format_pen(drawing, layer, precision)}'

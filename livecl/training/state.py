@@ -25,7 +25,7 @@ from livecl.training.archive import (
 )
 from livecl.training.fills import FillMoments
 
-_FORMAT = 5
+_FORMAT = 6
 
 #: Permissions of a layer: everything; moving and colouring; nothing.
 FREE, KEPT, LOCKED = 0, 1, 2
@@ -70,6 +70,8 @@ class State:
         stage places (placement by structure), as those of now do not follow the picture there.
     hidden : (M, 3) bool or None
         Control points that no pixel decides on, which stay where they are (placement by structure).
+    keeps_colors : bool
+        Whether the colours of solid layers stay, as they are of a palette.
     """
 
     drawing: Drawing
@@ -86,6 +88,7 @@ class State:
     holds: NDArray[np.int8]
     kept_weight: NDArray[Any] | None = None
     hidden: NDArray[np.bool_] | None = None
+    keeps_colors: bool = False
 
     @classmethod
     def start(cls, drawing: Drawing, options: Options, seed: int, locked: NDArray[np.bool_] | None = None) -> State:
@@ -172,6 +175,11 @@ class State:
         self.fills = self.fills.followed(self.drawing.fills, drawing.fills, np.arange(drawing.num_layers))
         self.drawing = drawing
 
+    def recolor(self, drawing: Drawing) -> None:
+        """Go on with the same layers in other colours, which stay from now on."""
+        self.drawing, self.keeps_colors = drawing, True
+        self.colors = Adam.start(drawing.colors.shape)
+
     def fall_back(self) -> Fallback:
         """Return the state for :meth:`restore`."""
         points, colors, widths = (moments.subset(slice(None)) for moments in (self.points, self.colors, self.widths))
@@ -211,6 +219,7 @@ class State:
             "stage": self.stage,
             "iteration": self.iteration,
             "rng": self.rng.bit_generator.state,
+            "keeps_colors": self.keeps_colors,
         }
         return facts, arrays
 
@@ -237,4 +246,5 @@ class State:
             holds=arrays["holds"],
             kept_weight=arrays.get("kept_weight"),
             hidden=arrays.get("hidden"),
+            keeps_colors=facts["keeps_colors"],
         )

@@ -35,9 +35,14 @@ def choose_pieces(state: State, rasterizer: Rasterizer) -> None:
 
 
 def hold_still(state: State, gradients: Gradients) -> None:
-    """Leave locked layers and hidden control points without a gradient: moments that are zero stay zero."""
+    """Leave what is to stay without a gradient: locked layers, hidden points, colours of a palette.
+
+    Moments that are zero stay zero.
+    """
     if state.hidden is not None and len(state.hidden) == len(gradients.points):
         gradients.points[state.hidden] = 0
+    if state.keeps_colors:
+        gradients.colors[:, :3] = 0
     if state.locked.any():
         gradients.points[state.locked_segments] = 0
         gradients.colors[state.locked] = 0

@@ -75,6 +75,38 @@ def test_clusters_are_no_worse_than_the_best_split() -> None:
             assert error < 1.15 * best + 0.02
 
 
+def test_few_colours_are_those_of_least_error_in_the_picture() -> None:
+    """Of all splits of five overlapping bars in two and three colours, each with its own best colours."""
+    rng = np.random.default_rng(1)
+    for count in (2, 3):
+        for _ in range(6):
+            drawing = bars([tuple(color) for color in rng.random((5, 3))], background=None)
+            rasterizer = Rasterizer(SIZE)
+            target = rasterizer.forward(drawing)
+            context = Context(rasterizer, target, Options(colors=count))
+            found = with_few_colors(context, drawing, np.ones(5, bool))
+            areas = rasterizer.coverages(drawing).sum(axis=(1, 2))
+            best = np.inf
+            for code in range(count**5):
+                own = (code // count ** np.arange(5)) % count
+                colors = drawing.colors.copy()
+                for k in np.unique(own):
+                    colors[own == k, :3] = np.average(drawing.colors[own == k, :3], axis=0, weights=areas[own == k])
+                best = min(best, context.visible_mse(drawing.replace(colors=colors)))
+            assert context.visible_mse(found) <= best * 1.1 + 1e-5  # colours of 8 bits; a local minimum
+
+
+def test_colours_answer_to_what_the_other_layers_leave() -> None:
+    """A layer half hidden by a locked one of another colour, in a picture that is darker than the layer: what is seen
+    of it has the picture's colour, not the layer's own."""
+    drawing = bars([(0.8, 0.8, 0.8), (0.2, 0.2, 0.9)])
+    rasterizer = Rasterizer(SIZE)
+    target = rasterizer.forward(drawing.replace(colors=[(0.5, 0.3, 0.1, 1), (0.2, 0.2, 0.9, 1)]))
+    found = with_few_colors(Context(rasterizer, target, Options(colors=3)), drawing, np.array([True, False]))
+    np.testing.assert_allclose(found.colors[0, :3], [0.5, 0.3, 0.1], atol=0.5 / 255 + 1e-6)
+    np.testing.assert_array_equal(found.colors[1], drawing.colors[1])
+
+
 def test_palette_is_kept_to() -> None:
     found = changed(bars(SEVEN), palette="#e01010, navy,white")
     written = {tuple(color) for color in np.rint(found.colors[:, :3] * 255).astype(int).tolist()}

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from livecl import Options, Rasterizer, Step, vectorize
 from livecl.drawing import Fills
 from livecl.image.reading import premultiplied
 from livecl.run.loop import train
-from livecl.run.phases import Grow, Refine, Revise, fill, place, plan_of
+from livecl.run.phases import Grow, Recolor, Refine, Revise, Stroke, fill, place, plan_of
 from livecl.run.progress import Progress
 from livecl.run.run import Run
 from livecl.views.course import Course
@@ -32,6 +33,43 @@ def end_of_phase(run: Run) -> bool:
 def test_the_plan_of_a_schedule() -> None:
     assert plan_of((0, 2, 3), 2) == (Refine(), Grow(2), Grow(3), Revise(0), Revise(1))
     assert [phase.kind for phase in plan_of((0, 1), 1)] == ["refine", "grow", "revise"]
+    assert plan_of((2,), 1, "auto", True) == (Stroke(), Grow(2), Revise(0), Recolor())
+    assert plan_of((2,), 1, "only", True) == (Stroke(), Recolor())
+
+
+def colors_on_the_way(options: Options, device: int) -> list[tuple[str, str, set[tuple[int, ...]]]]:
+    """Kind and name of the stage of each step of a run, and the layers' colours to 8 bits."""
+    seen = []
+
+    def look(step: Step) -> None:
+        codes = np.rint(step.drawing.colors[:, :3] * 255).astype(int)
+        seen.append((step.kind, step.name, {tuple(code) for code in codes.tolist()}))
+
+    vectorize(SMALL, 3, options=options, device=device, on_step=look)
+    return seen
+
+
+@pytest.mark.parametrize("placement", ["region", "structure"])
+def test_training_keeps_to_a_palette(placement: Literal["region", "structure"], device: int) -> None:
+    options = Options(placement=placement, iterations=4, revisions=1, palette="#123456,#fedcba,#00ff00")
+    seen = colors_on_the_way(options, device)
+    assert seen and all(codes <= {(0x12, 0x34, 0x56), (0xFE, 0xDC, 0xBA), (0, 255, 0)} for *_, codes in seen)
+
+
+def test_a_run_is_trained_in_its_few_colours_at_the_end(device: int) -> None:
+    seen = colors_on_the_way(Options(placement="region", iterations=4, revisions=1, colors=2), device)
+    last = [(name, codes) for kind, name, codes in seen if kind == "recolor"]
+    assert len(last) == 4 and seen[-1][0] == "recolor"
+    assert {name for name, _ in last} == {"recoloring"}
+    assert all(codes == last[0][1] and len(codes) <= 2 for _, codes in last)
+    assert max(len(codes) for kind, _, codes in seen if kind == "grow") > 2
+
+
+def test_few_colours_are_chosen_even_where_the_error_is_low_or_revisions_fail(device: int) -> None:
+    for options in ({"target_mse": 1.0}, {"revisions": 8}):
+        seen = colors_on_the_way(Options(placement="region", iterations=1, colors=2, **options), device)
+        assert seen[-1][0] == "recolor"
+        assert [kind for kind, *_ in seen].count("recolor") == 1
 
 
 @pytest.mark.parametrize(
