@@ -215,12 +215,12 @@ def _gap(contour: Contour, start: int, length: int) -> Gap:
     reach = min(FITTED, count - length)
     steps = np.arange(1 if reach > 5 else 0, reach)
     before, after = points[(start - 1 - steps) % count][::-1], points[(start + length + steps) % count][::-1]
-    enter, leave = _direction_at_end(before), _direction_at_end(after)
+    enter, leave = direction_at_end(before), direction_at_end(after)
     return points[(start - 1) % count], enter, points[(start + length) % count], None if leave is None else -leave
 
 
-def _direction_at_end(points: FloatArray) -> FloatArray | None:
-    """Unit vector of a run of points at its last one, from a parabola fitted to it."""
+def direction_at_end(points: FloatArray) -> FloatArray | None:
+    """Return the unit vector of a run of points (n, 2) at its last one, from a parabola fitted to it, if it has one."""
     if len(points) < 2:
         return None
     if len(points) < 3:
@@ -235,10 +235,10 @@ def _direction_at_end(points: FloatArray) -> FloatArray | None:
 def _curves(gap: Gap) -> Iterator[FloatArray]:
     """Yield the curves that may close a gap: points without its ends."""
     start, enter, end, leave = gap
-    yield _line(start, end)
+    yield line(start, end)
     if enter is None or leave is None:
         return
-    yield _smooth(start, enter, end, leave)
+    yield smooth(start, enter, end, leave)
     determinant = enter[0] * leave[1] - enter[1] * leave[0]
     if abs(determinant) < 0.2:
         return
@@ -247,7 +247,7 @@ def _curves(gap: Gap) -> Iterator[FloatArray]:
     back = (enter[0] * way[1] - enter[1] * way[0]) / determinant
     if ahead >= 0 and back >= 0 and max(ahead, back) <= 3 * np.hypot(*way) + 3:
         corner = start + ahead * enter
-        yield np.concatenate([_line(start, corner), corner[None], _line(corner, end)])
+        yield np.concatenate([line(start, corner), corner[None], line(corner, end)])
 
 
 def _bridges(gap: Gap, other: Gap, longest: float) -> Iterator[tuple[FloatArray, FloatArray]]:
@@ -262,17 +262,18 @@ def _bridges(gap: Gap, other: Gap, longest: float) -> Iterator[tuple[FloatArray,
     for way, length, a, b in zip(ways, lengths, (enter, enter2), (leave2, leave), strict=True):
         if length > SHORT and min(a @ way, b @ way) < AHEAD * length:
             return
-    yield _line(start, end2), _line(start2, end)
-    yield _smooth(start, enter, end2, leave2), _smooth(start2, enter2, end, leave)
+    yield line(start, end2), line(start2, end)
+    yield smooth(start, enter, end2, leave2), smooth(start2, enter2, end, leave)
 
 
-def _line(start: FloatArray, end: FloatArray) -> FloatArray:
+def line(start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return points (n, 2) between two others, px, at steps of about 1 px, without the two."""
     count = max(2, int(np.hypot(*(end - start))))
     return np.asarray(start + (end - start) * np.linspace(0, 1, count + 1)[1:-1, None])
 
 
-def _smooth(start: FloatArray, enter: FloatArray, end: FloatArray, leave: FloatArray) -> FloatArray:
-    """Return a cubic with the directions of its ends; an arc of a circle where both turn alike."""
+def smooth(start: FloatArray, enter: FloatArray, end: FloatArray, leave: FloatArray) -> FloatArray:
+    """Return points of a cubic with the directions of its ends, without these; an arc where both turn alike."""
     way = end - start
     distance = float(np.hypot(*way))
     unit = way / max(distance, 1e-9)

@@ -14,9 +14,11 @@ from scipy import ndimage
 
 from livecl.drawing.fills import SOLID, Fills
 from livecl.layering.ramps import Shading
+from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.flat import SAME_COLOR, FlatRegions, flat_regions, flatness
 from livecl.layering.structure.layers import Layer, find_layers
 from livecl.layering.structure.noise import noise_level
+from livecl.layering.structure.parts import with_parts
 from livecl.layering.structure.smooth import SmoothRegions, smooth_regions
 
 FloatArray = NDArray[np.float64]
@@ -289,7 +291,9 @@ def _judged(found: Structure, most: int) -> Structure | None:
 def _structure_of(regions: FlatRegions, ground: FloatArray, check: _Check) -> Structure:
     from skimage.draw import polygon2mask
 
-    layers, size = find_layers(regions, ground, check.call), regions.labels.shape
+    smooth = isinstance(regions, SmoothRegions)
+    outlines = Outlines(regions) if smooth else with_parts(regions, ground, check.call)
+    layers, size, regions = find_layers(outlines, ground, check.call), regions.labels.shape, outlines.regions
     masks = np.zeros((len(layers), *size), bool)
     for mask, layer in zip(masks, layers, strict=True):
         for points in layer.outlines:

@@ -20,7 +20,6 @@ from livecl.layering.structure.depth import (
     same_color,
     screens,
 )
-from livecl.layering.structure.flat import FlatRegions
 from livecl.layering.structure.prices import PRICES, Prices, outline_price
 
 FloatArray = NDArray[np.float64]
@@ -63,13 +62,13 @@ class _Shape:
 
 
 def find_layers(
-    regions: FlatRegions, ground: FloatArray, check: Callable[[], None] = lambda: None, prices: Prices = PRICES
+    outlines: Outlines, ground: FloatArray, check: Callable[[], None] = lambda: None, prices: Prices = PRICES
 ) -> list[Layer]:
     """Return the layers of a flat picture over a ground of a colour (C,), the lowest first.
 
     `check` is called several times a second; what it raises ends the search.
     """
-    outlines = Outlines(regions)
+    regions = outlines.regions
     behind = ground_regions(outlines, ground)
     seen_through = screens(outlines, behind)
     nodes = [k for k in range(outlines.count) if k not in behind]

@@ -34,6 +34,8 @@ class Prices:
         What a circle or an ellipse costs less than its turning.
     saving : float
         Least saving for which a shape is changed.
+    aligned : float
+        What two simple parts of one colour that touch save for each whose outline goes on exactly where they do.
     sure : float
         Evidence from which on a region counts as lying in front.
     hull, bay, stem : float
@@ -54,6 +56,7 @@ class Prices:
     hidden: float = 0.3
     primitive: float = 0.5
     saving: float = 0.2
+    aligned: float = 1.5
     sure: float = 0.25
     hull: float = 0.7
     bay: float = -0.4

@@ -14,6 +14,7 @@ from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.depth import few_alike
 from livecl.layering.structure.flat import flat_regions
 from livecl.layering.structure.layers import find_layers
+from livecl.layering.structure.parts import with_parts
 
 SIZE = (96, 96)
 FINE = 4  # samples of a pixel's side
@@ -49,7 +50,7 @@ def picture(*layers: tuple[Mask, Any], ground: Any = WHITE) -> NDArray[np.float6
 
 
 def found(image: NDArray[Any], ground: Any = WHITE) -> list[tuple[Mask, NDArray[Any]]]:
-    layers = find_layers(flat_regions(image), np.array(ground))
+    layers = find_layers(with_parts(flat_regions(image), np.array(ground)), np.array(ground))
     result = []
     for layer in layers:
         mask = np.zeros(SIZE, bool)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from livecl.layering.structure import placing
+from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.flat import flat_regions
 from livecl.layering.structure.layers import find_layers
 from livecl.layering.structure.noise import RADIUS, RADIUS_OF_NOISE, noise_level
@@ -69,8 +70,8 @@ def test_noise_buys_no_layers(spoil: Callable[[FloatArray], FloatArray]) -> None
     image = spoil(flat())
     assert noise_level(image) > 0
     regions = flat_regions(image)
-    layers = find_layers(regions, WHITE)
-    clean = find_layers(flat_regions(flat()), WHITE)
+    layers = find_layers(Outlines(regions), WHITE)
+    clean = find_layers(Outlines(flat_regions(flat())), WHITE)
     assert len(clean) == 4
     assert len(layers) == len(clean)
     one_color = RADIUS + RADIUS_OF_NOISE * regions.noise
