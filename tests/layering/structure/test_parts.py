@@ -97,6 +97,9 @@ def test_a_cross_a_comb_and_a_bump_are_one_shape_each() -> None:
 def test_letters_and_what_has_holes_are_not_cut() -> None:
     bowl, stem = disc(40, 50, 22), shape((56, 10), (66, 10), (66, 72), (56, 72))
     assert len(found(((bowl | stem) & ~disc(38, 50, 12), RED))) == 1
-    small_t = shape((10, 10), (28, 10), (28, 15), (10, 15)) | shape((16, 15), (22, 15), (22, 28), (16, 28))
-    assert len(found((small_t, RED))) == 1
-    assert len(found((np.kron(small_t, np.ones((2, 2), bool))[: FINE * SIZE, : FINE * SIZE], RED))) == 2
+
+
+def test_a_sign_in_a_large_picture_is_not_cut() -> None:
+    image = 1 - small(HEAD | SHAFT)[..., None] * (WHITE - RED)
+    page = np.pad(image, ((0, 210), (0, 210), (0, 0)), constant_values=1.0)
+    assert [with_parts(flat_regions(pixels), WHITE).count for pixels in (image, page)] == [3, 2]
