@@ -45,7 +45,7 @@ class Options:
         If a value is not one of those named or out of range; the message names the field.
     """
 
-    iterations: int = _option(200, "Adam steps of each stage")
+    iterations: int = _option(200, "Adam steps of each stage, at most")
     segments: int = _option(4, "Cubic segments of each path")
     max_segments: int = _option(
         12,
@@ -72,6 +72,10 @@ class Options:
     settle: float = _option(
         0.1,
         "Factor of the learning rates at the end of a stage; they fall during its second half. 1 keeps them",
+    )
+    end_early: bool = _option(
+        True,
+        "Whether a stage ends as soon as further steps gain too little, and a revision is given up once it cannot pay",
     )
     revisions: int = _option(
         8,
@@ -290,6 +294,7 @@ _PAPER: dict[str, Any] = {
     "shape": "circle",
     "holes": False,
     "settle": 1.0,
+    "end_early": False,
     "revisions": 0,
     "merge": False,
     "prune": 0.0,

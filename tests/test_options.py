@@ -36,6 +36,7 @@ PAPER = {
     "holes": False,
     "merge": False,
     "settle": 1.0,
+    "end_early": False,
     "revisions": 0,
     "prune": 0.0,
     "target_mse": 0.0,

@@ -59,6 +59,7 @@ class RunProgress(_Progress):
         super().__init__(None, "it", quiet=quiet)
         self._bar.set_description("preparing")
         self._next_mse = 0.0
+        self._per_stage = 1
         self._mse = ""
 
     def __call__(self, step: Step) -> None:
@@ -69,10 +70,12 @@ class RunProgress(_Progress):
         if now >= self._next_mse:
             self._next_mse = now + MSE_INTERVAL
             self._mse = f"{step.mse:.3g}"
-        self._bar.total = step.num_stages * step.iterations
+        self._per_stage = max(self._per_stage, step.iterations)
+        self._bar.total = step.num_stages * self._per_stage
         self._bar.set_description(step.name, refresh=False)
         self._bar.set_postfix_str(f"paths {step.paths}, MSE {self._mse}", refresh=False)
-        self._bar.update(step.stage * step.iterations + step.iteration - self._bar.n)
+        done = step.stage + step.iteration / step.iterations  # a stage may end early
+        self._bar.update(round(done * self._per_stage) - self._bar.n)
 
     def on_stage(self, step: Step, kept: bool) -> None:
         """Log the end of a stage."""

@@ -28,7 +28,7 @@ class Step:
         Stage under way, from 0 on, and how many are planned: those of the schedule, then revisions, then recoloring.
         Some may be left out.
     iteration, iterations : int
-        Steps of the stage done, and how many there are.
+        Steps of the stage done, and how many there are as far as is known: a stage may end early.
     paths : int
         Layers of the drawing.
     loss : float
@@ -77,7 +77,7 @@ def step_of(run: Run, loss: float) -> Step:
     """Return the step just done, for callbacks."""
     state = run.state
     kind = run.plan[state.stage].kind
-    place = (state.stage, len(run.plan), state.iteration, state.options.iterations)
+    place = (state.stage, len(run.plan), state.iteration, state.length)
     return Step(kind, *place, state.drawing.num_layers, loss, run)
 
 

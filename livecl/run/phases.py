@@ -19,7 +19,6 @@ from livecl.layering.fills import shaded
 from livecl.layering.merging import can_merge, merge_neighbors
 from livecl.layering.placement import place_paths
 from livecl.layering.pruning import least_useful
-from livecl.layering.strokes import find_strokes
 from livecl.run.work import Work
 from livecl.training.state import FREE, KEPT
 
@@ -62,6 +61,8 @@ class Stroke:
 
     def begin(self, run: Work) -> bool:
         """Place the strokes; False where the picture is no line art."""
+        from livecl.layering.strokes import find_strokes  # loads SciPy
+
         state = run.state
         found = find_strokes(run, state.drawing.background)
         if not found.num_layers:

@@ -82,6 +82,7 @@ class Progress:
             "asked": self.asked,
             "failures": self.failures,
             "error": self.error,
+            "fallback_error": None if self.fallback is None else self.fallback.error,
         }
         if self.start_drawing is not None:
             arrays |= drawing_arrays("start.", self.start_drawing)
@@ -106,6 +107,7 @@ class Progress:
                 adam_from("fallback.widths", arrays),
                 fills_from("fallback.", arrays, earlier),
                 arrays["fallback.holds"],
+                facts["fallback_error"],
             )
         return cls(
             state=State.of_parts(facts, arrays),

@@ -20,7 +20,11 @@ from livecl.run.progress import Progress
 from livecl.run.work import Work
 from livecl.svg import quantize
 from livecl.training import step as training
+from livecl.training.ending import judge_progress
 from livecl.training.state import FREE, LOCKED
+
+#: Whole shapes are known from the start: a stage that others follow takes one step of so many.
+EARLY_SHARE = 4
 
 
 class Run(Work):
@@ -75,7 +79,7 @@ class Run(Work):
     @property
     def trained(self) -> bool:
         """Whether the phase under way has done all its iterations."""
-        return self.state.iteration >= self.state.options.iterations
+        return self.state.iteration >= self.state.length
 
     def begin(self) -> bool:
         """Begin the next phase; return False where it is left out, since no path is worth placing."""
@@ -85,9 +89,11 @@ class Run(Work):
         self.state.stage = self._index
         if not phase.begin(self):
             return False
+        state = self.state
         if self.options.palette:
-            self.state.recolor(with_few_colors(self, self.state.drawing, ~self.state.locked))
-        self.state.pieces = self.rasterizer.pieces(self.state.drawing)
+            state.recolor(with_few_colors(self, state.drawing, ~state.locked))
+        state.pieces = self.rasterizer.pieces(state.drawing)
+        state.begin_phase(self._planned_length(phase))
         self.progress.placed = True
         return True
 
@@ -108,9 +114,29 @@ class Run(Work):
         training.hold_still(state, gradients)
         training.move(state, gradients)
         state.iteration += 1
+        if options.end_early:
+            judge_progress(state, loss, self._limit)
         if options.untangle and training.untangles_now(state):
             training.untangle_outlines(state)
         return loss
+
+    def _planned_length(self, phase: Phase) -> int:
+        """Return the steps of a phase: fewer where whole shapes are placed that the next one trains on."""
+        options, state = self.options, self.state
+        missing = state.kept_weight is not None and not state.kept_weight.all()  # layers show that are not placed yet
+        if options.end_early and options.placement == "structure" and missing:
+            followed = any(isinstance(later, Grow) for later in self.plan[state.stage + 1 :])
+            if isinstance(phase, Grow) and followed:
+                return max(1, options.iterations // EARLY_SHARE)
+        return options.iterations
+
+    @property
+    def _limit(self) -> float:
+        """Loss that a revision must come below to be kept."""
+        fallback, options = self.progress.fallback, self.options
+        if fallback is None or not self.revising or options.loss != "mse" or options.xing_weight:
+            return np.inf
+        return fallback.error * (1 - Revise.min_improvement)
 
     def end(self) -> bool:
         """End the phase under way and go on to the next; return whether its drawing is kept."""
@@ -118,7 +144,8 @@ class Run(Work):
         if phase is None:
             raise ValueError("end: the run is finished")
         kept = phase.end(self)
-        state.stage, state.iteration, progress.placed = state.stage + 1, 0, False
+        state.stage, progress.placed = state.stage + 1, False
+        state.begin_phase(options.iterations)
         if options.target_mse > 0 or options.path_gain > 0:
             before, progress.error = progress.error, self.visible_mse(state.drawing)
             if progress.error <= options.target_mse:
@@ -137,7 +164,7 @@ class Run(Work):
         """
         state, start, fallback = self.state, self.progress.start_drawing, self.progress.fallback
         best, holds = state.drawing, state.holds
-        if fallback is not None and self.visible_mse(fallback.drawing) < self.visible_mse(state.drawing):
+        if fallback is not None and fallback.error < self.visible_mse(state.drawing):
             best, holds = fallback.drawing, fallback.holds
         least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
         best = quantize(best)

@@ -33,7 +33,7 @@ FREE, KEPT, LOCKED = 0, 1, 2
 
 @dataclasses.dataclass(frozen=True)
 class Fallback:
-    """A drawing with the moments and the holds that belong to it."""
+    """A drawing with the moments and the holds that belong to it, and its visible mean squared error."""
 
     drawing: Drawing
     points: Adam
@@ -41,6 +41,7 @@ class Fallback:
     widths: Adam
     fills: FillMoments
     holds: NDArray[np.int8]
+    error: float
 
 
 @dataclasses.dataclass
@@ -55,6 +56,10 @@ class State:
         Parameters of the method.
     stage, iteration : int
         The stage or revision that is under way, and its steps so far.
+    length : int
+        Steps that it takes in all, as far as is known.
+    losses : tuple of float
+        Losses of its last steps.
     points, colors, widths, background : Adam
         Moments of the control points, by segment, of colours and widths of strokes, by layer, and of the background.
     fills : FillMoments
@@ -78,6 +83,7 @@ class State:
     options: Options
     stage: int
     iteration: int
+    length: int
     points: Adam
     colors: Adam
     widths: Adam
@@ -89,6 +95,7 @@ class State:
     kept_weight: NDArray[Any] | None = None
     hidden: NDArray[np.bool_] | None = None
     keeps_colors: bool = False
+    losses: tuple[float, ...] = ()
 
     @classmethod
     def start(cls, drawing: Drawing, options: Options, seed: int, locked: NDArray[np.bool_] | None = None) -> State:
@@ -98,6 +105,7 @@ class State:
             options=options,
             stage=0,
             iteration=0,
+            length=options.iterations,
             points=Adam.start(drawing.points.shape),
             colors=Adam.start(drawing.colors.shape),
             widths=Adam.start((drawing.num_layers, 1)),
@@ -109,6 +117,10 @@ class State:
                 np.int8
             ),
         )
+
+    def begin_phase(self, length: int) -> None:
+        """Go on at the first of so many steps."""
+        self.iteration, self.length, self.losses = 0, length, ()
 
     @property
     def locked(self) -> NDArray[np.bool_]:
@@ -180,10 +192,10 @@ class State:
         self.drawing, self.keeps_colors = drawing, True
         self.colors = Adam.start(drawing.colors.shape)
 
-    def fall_back(self) -> Fallback:
-        """Return the state for :meth:`restore`."""
+    def fall_back(self, error: float) -> Fallback:
+        """Return the state, of a visible mean squared error, for :meth:`restore`."""
         points, colors, widths = (moments.subset(slice(None)) for moments in (self.points, self.colors, self.widths))
-        return Fallback(self.drawing, points, colors, widths, self.fills.copy(), self.holds)
+        return Fallback(self.drawing, points, colors, widths, self.fills.copy(), self.holds, error)
 
     def restore(self, fallback: Fallback) -> None:
         """Return to an earlier drawing."""
@@ -218,6 +230,8 @@ class State:
             "options": dataclasses.asdict(self.options),
             "stage": self.stage,
             "iteration": self.iteration,
+            "length": self.length,
+            "losses": self.losses,
             "rng": self.rng.bit_generator.state,
             "keeps_colors": self.keeps_colors,
         }
@@ -237,6 +251,8 @@ class State:
             options=Options(**facts["options"]),
             stage=facts["stage"],
             iteration=facts["iteration"],
+            length=facts["length"],
+            losses=tuple(facts["losses"]),
             points=adam_from("points", arrays),
             colors=adam_from("colors", arrays),
             widths=adam_from("widths", arrays),

@@ -55,7 +55,7 @@ def hold_still(state: State, gradients: Gradients) -> None:
 def move(state: State, gradients: Gradients) -> None:
     """One step of Adam; colours stay within [0, 1]. On a small canvas, points take small steps."""
     options, drawing = state.options, state.drawing
-    settled = settling(state.iteration / options.iterations, options.settle)
+    settled = settling(state.iteration / state.length, options.settle)
 
     def rate(base: float, ages: NDArray[np.int64]) -> ArrayLike:
         return base * settled * (1 if options.decay == 1 else decayed(ages, options.decay, DECAY_PERIOD))
@@ -71,7 +71,7 @@ def move(state: State, gradients: Gradients) -> None:
     colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
     if options.opacity == "opaque":
         colors[:, 3] = drawing.colors[:, 3]
-    elif options.opacity == "snap" and 2 * state.iteration >= options.iterations:
+    elif options.opacity == "snap" and 2 * state.iteration >= state.length:
         colors[(colors[:, 3] > OPAQUE_FROM) & ~state.locked, 3] = 1
     fills = None
     if gradients.fills is not None:
@@ -99,14 +99,14 @@ def _hold_opacities(state: State, stop_colors: NDArray[np.float64]) -> None:
     options, fills = state.options, state.drawing.fills
     if options.opacity == "opaque":
         stop_colors[:, 3] = fills.stop_colors[:, 3]
-    elif options.opacity == "snap" and 2 * state.iteration >= options.iterations:
+    elif options.opacity == "snap" and 2 * state.iteration >= state.length:
         stop_colors[(stop_colors[:, 3] > OPAQUE_FROM) & ~state.locked[fills.stop_layers], 3] = 1
 
 
 def untangles_now(state: State) -> bool:
     """Now and then in the second half of a stage, when paths have found their places, and after its last step."""
-    iteration, iterations = state.iteration, state.options.iterations
-    return iteration == iterations or (2 * iteration > iterations and iteration % UNTANGLE_PERIOD == 0)
+    iteration, length = state.iteration, state.length
+    return iteration == length or (2 * iteration > length and iteration % UNTANGLE_PERIOD == 0)
 
 
 def untangle_outlines(state: State) -> None:

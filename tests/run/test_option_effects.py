@@ -149,6 +149,14 @@ EFFECTS: dict[str, Effect] = {
     "shape: outline": Effect(STILL, {"shape": "outline"}, mse, -1, ONE, (1,)),
     "holes": Effect(FAST, {"holes": False}, lambda run: len(run.drawing.subpath_offsets) - layers(run), -1, RING),
     "settle": Effect(Options.paper(iterations=30), {"settle": 0.1}, points_way, -1),
+    "end_early": Effect(
+        Options(placement="region", iterations=100, revisions=0, end_early=False),
+        {"end_early": True},
+        steps,
+        -1,
+        ONE,
+        (1,),
+    ),
     "revisions": Effect(Options(placement="region", iterations=10, revisions=0), {"revisions": 3}, mse, -1),
     # Three small circles within one disc.
     "merge": Effect(Options.paper(iterations=10, merge=True), {"merge": False}, layers, 1, ONE),

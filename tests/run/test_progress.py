@@ -63,6 +63,8 @@ def _full() -> Progress:
         options=Options.released(iterations=77, xing_weight=0.1 + 0.2, background="#123456", untangle=True),
         stage=5,
         iteration=76,
+        length=80,
+        losses=(0.5, 0.25),
         points=adam(7, 3, 2),
         colors=adam(2, 4),
         widths=adam(2, 1),
@@ -73,6 +75,7 @@ def _full() -> Progress:
         kept_weight=rng.uniform(size=(24, 27)).astype(np.float32),
         hidden=rng.uniform(size=(7, 3)) < 0.5,
         holds=np.array([2, 0], np.int8),
+        keeps_colors=True,
     )
     return Progress(
         state=state,
@@ -82,7 +85,9 @@ def _full() -> Progress:
         asked=3,
         failures=2,
         error=0.1 + 0.7,
-        fallback=Fallback(drawing([1, 2]), adam(7, 3, 2), adam(2, 4), adam(2, 1), moments, np.array([1, 0], np.int8)),
+        fallback=Fallback(
+            drawing([1, 2]), adam(7, 3, 2), adam(2, 4), adam(2, 1), moments, np.array([1, 0], np.int8), 0.125
+        ),
     )
 
 

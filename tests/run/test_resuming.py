@@ -32,6 +32,7 @@ def _copies_during(run_: Run, folder: Path, wanted: Callable[[Step], bool]) -> l
 
 RUNS = {
     "default": Options(iterations=52, revisions=2),
+    "ending early": Options(placement="region", iterations=90, revisions=2),
     "distance weight": Options(iterations=35, revisions=1, loss="udf", xing_weight=0.01),
     "paper": Options.paper(iterations=35),
     "released": Options.released(iterations=35),
@@ -49,8 +50,13 @@ def test_a_resumed_run_ends_as_if_it_had_not_stopped(name: str, device: int, tmp
     num_stages = len(SCHEDULE) + options.revisions
     # In each stage a step anywhere, one where pieces are looked at next, and the last: the stage is still to be closed.
     wanted = {(stage, int(rng.integers(1, options.iterations))) for stage in range(num_stages)}
-    wanted |= {(1, 10), (1, 17), (0, options.iterations), (num_stages - 1, options.iterations)}
-    saved = _copies_during(whole, tmp_path, lambda step: (step.stage, step.iteration) in wanted)
+    wanted |= {(1, 10), (1, 17)}
+
+    def is_wanted(step: Step) -> bool:
+        last = step.stage in (0, num_stages - 1) and step.iteration == step.iterations
+        return last or (step.stage, step.iteration) in wanted
+
+    saved = _copies_during(whole, tmp_path, is_wanted)
     assert len(saved) >= 4
     expected = format_svg(whole.state.drawing).encode()
     for path in saved:
@@ -69,7 +75,7 @@ def test_a_run_resumed_between_stages(name: str, device: int, tmp_path: Path) ->
         paths.append(tmp_path / f"{whole.state.stage}.state")
         save(whole.progress, paths[-1])
         whole.begin()
-        for _ in range(options.iterations):
+        while not whole.trained:
             whole.step()
         whole.end()
     assert len(paths) == len(SCHEDULE) + options.revisions

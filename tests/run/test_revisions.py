@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,8 @@ def test_a_revision_is_kept_if_it_lowers_the_error_by_enough(
     assert run.begin()
     assert run.progress.fallback is not None and run.progress.fallback.drawing is before
     revised = run.state.drawing
-    scripted(run, [0.1 * after, 0.1], monkeypatch)
+    run.progress.fallback = dataclasses.replace(run.progress.fallback, error=0.1)
+    scripted(run, [0.1 * after], monkeypatch)
     assert run.end() == kept
     assert run.progress.failures == (0 if kept else 2)
     assert run.state.drawing is (revised if kept else before)

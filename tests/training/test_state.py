@@ -67,7 +67,7 @@ def test_a_layer_made_of_others_is_free_and_new_for_adam() -> None:
 def test_what_is_taken_back_is_as_it_was() -> None:
     state = _state()
     before = state.drawing
-    fallback = state.fall_back()
+    fallback = state.fall_back(0.5)
     state.keep_layers(np.array([2]))
     state.add(_drawing(13), np.array([1, 0]))
     state.points.ages += 5

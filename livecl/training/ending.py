@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""When a phase of training ends: as soon as further steps gain too little, or cannot gain enough any more.
+
+A phase has two halves. In the first, steps have their full length, in the second they settle (`Options.settle`). With
+f the fall of the loss in one of the last steps, n more steps lower it by n f at most, as falls become smaller:
+
+    f (length / 2 - iteration) < worth      the first half ends, and the second takes as many steps as it has taken;
+    loss - f (length - iteration) / 2 > limit      the phase is given up.
+
+The half in the last line is what is left of n f in revisions that succeed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from livecl.training.state import State
+
+#: Steps over which a loss is averaged, before which nothing ends, and between two looks.
+WINDOW, EARLIEST, PERIOD = 10, 30, 10
+#: Fall of the loss that the rest of a first half must be worth, as a share of the loss; and squared error, in channels
+#: of a pixel, that counts as nothing: a sixth of what a number of an outline is worth.
+SHARE, NOTHING = 0.01, 1 / 72
+
+
+def judge_progress(state: State, loss: float, limit: float = np.inf) -> None:
+    """Take in the loss of a step, and shorten the phase where it is time (`State.length`).
+
+    Parameters
+    ----------
+    state : State
+        After the step.
+    loss : float
+        Loss before the step.
+    limit : float
+        Loss that the phase must come below to be of use.
+    """
+    state.losses = (*state.losses[1 - 2 * WINDOW :], loss)
+    if state.iteration < EARLIEST or state.iteration % PERIOD or 2 * state.iteration >= state.length:
+        return
+    before, now = np.mean(state.losses[:WINDOW]), np.mean(state.losses[WINDOW:])
+    fall = max(float(before - now), 0.0) / WINDOW
+    height, width = state.drawing.size
+    worth = SHARE * float(now) + NOTHING / (3 * height * width)
+    if now - fall * (state.length - state.iteration) / 2 > limit:
+        state.length = state.iteration
+    elif fall * (state.length / 2 - state.iteration) < worth:
+        state.length = 2 * state.iteration
