@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Colour words: names of colours by the survey in color_survey.txt.
 
-A colour has the word that most of the survey's nearest colours end with, as "blue" in "dark sky blue"; distance is that
-in Oklab, a perceptually uniform colour space. The survey has few pale and few neutral colours, so greys go by their
-lightness alone.
+A colour has the word that most of the survey's nearest colours have in their names, as "blue" in "dark sky blue", and
+half as much in "blue green" or "bluish grey"; distance is that in Oklab, a perceptually uniform colour space, with
+lightness counting half, as names tell hue before lightness. The survey has few pale and few neutral colours, so greys
+go by their lightness alone.
 """
 
 from __future__ import annotations
 
 import functools
+import re
 from importlib import resources
 
 import numpy as np
@@ -37,8 +39,10 @@ BASIC_WORDS = {
     "beige": "beige tan cream sand",
     "brown": "brown chocolate rust sienna umber ochre",
 }
-#: Colours of the survey that vote; with 5, 80 % of its own names are found by the others.
-VOTERS = 5
+#: Colours of the survey that vote, what lightness counts in their distance, and a vote of a word that is not the last.
+VOTERS, LIGHTNESS, HALF = 5, 0.5, 0.5
+#: Endings that a word may have in a name, as in "greenish blue".
+ENDINGS = ("ish", "dish", "nish", "y", "ey")
 #: Oklab chroma under which a colour is a grey, and lightness up to which it is black, dark, plain and light.
 NEUTRAL_CHROMA = 0.02
 NEUTRALS = ((0.2, "black"), (0.45, "dark gray"), (0.8, "gray"), (0.96, "light gray"), (np.inf, "white"))
@@ -60,30 +64,48 @@ FloatArray = NDArray[np.float64]
 
 def color_names(rgb: ArrayLike) -> list[str]:
     """Name sRGB colours (N, 3) in [0, 1] by basic words, as "light blue"."""
-    words, places = _survey()
-    return [_name(place, words, places) for place in oklab(rgb).reshape(-1, 3)]
+    votes, places = _survey()
+    return [_name(place, votes, places) for place in oklab(rgb).reshape(-1, 3)]
 
 
-def _name(place: FloatArray, words: list[str], places: FloatArray) -> str:
-    """Name a colour in Oklab (3,)."""
+def _name(place: FloatArray, votes: list[dict[str, float]], places: FloatArray) -> str:
+    """Name a colour in Oklab (3,) by the votes of others at places (N, 3)."""
     lightness, chroma = float(place[0]), float(np.hypot(*place[1:]))
     if chroma < NEUTRAL_CHROMA:
         return next(name for limit, name in NEUTRALS if lightness <= limit)
-    distances = np.linalg.norm(places - place, axis=1)
-    votes: dict[str, float] = {}
+    distances = np.linalg.norm((places - place) * (LIGHTNESS, 1, 1), axis=1)
+    counts: dict[str, float] = {}
     for nearest in np.argsort(distances, kind="stable")[:VOTERS]:
-        votes[words[nearest]] = votes.get(words[nearest], 0.0) + 1 / (distances[nearest] + 0.01)
-    word = max(votes, key=votes.__getitem__)
+        for word, vote in votes[nearest].items():
+            counts[word] = counts.get(word, 0.0) + vote / (distances[nearest] + 0.01)
+    word = max(counts, key=counts.__getitem__)
     dark, light = DARK_LIGHT.get(word, (0.0, np.inf))
     if lightness < dark:
         return f"dark {word}"
     return f"light {word}" if lightness >= light and chroma < VIVID else word
 
 
-@functools.cache
-def _survey() -> tuple[list[str], FloatArray]:
-    """Return the basic word and the place in Oklab (N, 3) of each colour of the survey."""
-    text = resources.files(__package__).joinpath("color_survey.txt").read_text(encoding="utf-8")
+def words_of(name: str) -> dict[str, float]:
+    """Return the basic words in a name of the survey with their votes: the last word counts 1, others half."""
     basic = {last: word for word, lasts in BASIC_WORDS.items() for last in lasts.split()}
-    entries = [line.split(" ", 1) for line in text.splitlines() if not line.startswith("# ")]
-    return [basic[name.split()[-1]] for _, name in entries], oklab([parse_color(code) for code, _ in entries])
+    *others, last = re.split("[ /]", name)
+    votes = {basic[last]: 1.0} if last in basic else {}
+    for part in others:
+        stem = next((part.removesuffix(end) for end in ENDINGS if part.removesuffix(end) in basic), part)
+        if stem in basic:
+            votes.setdefault(basic[stem], HALF)
+    return votes
+
+
+@functools.cache
+def _survey() -> tuple[list[dict[str, float]], FloatArray]:
+    """Return the basic words and the place in Oklab (N, 3) of each colour of the survey."""
+    entries = survey_entries()
+    return [words_of(name) for _, name in entries], oklab([parse_color(code) for code, _ in entries])
+
+
+def survey_entries() -> list[tuple[str, str]]:
+    """Return code and name of each colour of the survey."""
+    text = resources.files(__package__).joinpath("color_survey.txt").read_text(encoding="utf-8")
+    lines = [line.partition(" ") for line in text.splitlines() if not line.startswith("# ")]
+    return [(code, name) for code, _, name in lines]

@@ -32,7 +32,7 @@ SWATCHES = {
     "turquoise": "#40e0d0 #00ffff",
     "purple": "#800080 #7e1e9c #8d65c5",
     "brown": "#664e27 #6d4534 #8b4513",
-    "dark brown": "#3b2314",
+    "dark brown": "#3b2314 #4a3419",
     "beige": "#e6daa6 #d1b26f",
 }
 
@@ -54,15 +54,36 @@ def test_most_css_names_end_with_the_word() -> None:
     assert len(known) > 90 and np.mean(agree) > 0.65
 
 
-def test_the_survey_finds_its_own_names_without_the_colour_itself() -> None:
-    words, places = color_words._survey()
-    assert len(words) == len(places) > 700
-    found = []
-    for number in range(0, len(words), 7):
-        kept = np.arange(len(words)) != number
-        name = color_words._name(places[number], [w for w, k in zip(words, kept, strict=True) if k], places[kept])
-        found.append(name.split()[-1] == words[number])
-    assert np.mean(found) > 0.75
+#: CIEDE2000 difference within which the survey's names of other colours count as names of a colour, too.
+SAME = 4.0
+
+
+def test_people_of_the_survey_would_accept_the_words() -> None:
+    """Each colour of the survey, named by the others: 95 % get a basic word that the survey's people gave to it, or to
+    a colour that is hardly another (R. Munroe's survey of 2010, CC0: 222 500 sessions, the names given most)."""
+    from skimage.color import deltaE_ciede2000, rgb2lab
+
+    entries = color_words.survey_entries()
+    votes, places = color_words._survey()
+    assert len(votes) == len(places) == len(entries) > 700
+    lab = rgb2lab(np.array([parse_color(code) for code, _ in entries]))
+    accepted = same = 0
+    for number in range(len(entries)):
+        kept = np.arange(len(votes)) != number
+        others = [vote for vote, k in zip(votes, kept, strict=True) if k]
+        word = color_words._name(places[number], others, places[kept]).split()[-1]
+        near = np.flatnonzero(deltaE_ciede2000(lab, lab[[number]]) <= SAME)
+        accepted += any(word in votes[k] for k in near)
+        same += word in votes[number]
+    assert accepted >= 0.95 * len(entries)
+    assert same >= 0.85 * len(entries)
+
+
+def test_words_in_names() -> None:
+    assert color_words.words_of("dark sky blue") == {"blue": 1}
+    assert color_words.words_of("greenish blue") == color_words.words_of("green/blue") == {"blue": 1, "green": 0.5}
+    assert color_words.words_of("reddish brown") == {"brown": 1, "red": 0.5}
+    assert color_words.words_of("windows") == {}
 
 
 def test_names_are_one_or_two_plain_words_and_all_at_once() -> None:
