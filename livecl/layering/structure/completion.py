@@ -103,13 +103,14 @@ def _gaps_closed(
         start, length = runs[done]
         best = None
         if len(contour) - length >= 3 and not _silhouette(contour, start, length):
-            kept = _others(contour, start, length)
-            for curve in _curves(_gap(contour, start, length)):
+            kept, gap = _others(contour, start, length), _gap(contour, start, length)
+            for curve in _curves(gap):
                 if outlines.share_in(curve, room) < COVERED:
                     continue
                 closed = _spliced((contour, kept, curve))
                 grown = max(0.0, abs(closed.area) - area)
                 cost = outline_price(closed.points, prices) + prices.hidden * grown / area
+                cost += prices.accident * _bends_at_ends(gap, curve)
                 if best is None or cost < best[0] - BETTER:
                     best = cost, closed
         if best is not None and best[0] < price - prices.saving:
@@ -230,6 +231,17 @@ def direction_at_end(points: FloatArray) -> FloatArray | None:
         slope = np.polyfit(t, points, 1 if len(points) < 7 else 2)[-2]
     length = float(np.hypot(*slope))
     return slope / length if length > 1e-9 else None
+
+
+def _bends_at_ends(gap: Gap, curve: FloatArray) -> float:
+    """Angles, radians, by which an outline turns just where a curve (n, 2) that closes a gap begins and ends."""
+    start, enter, end, leave = gap
+    total = 0.0
+    for direction, way in ((enter, curve[0] - start), (leave, end - curve[-1])):
+        length = float(np.hypot(*way))
+        if direction is not None and length > 1e-9:
+            total += float(np.arccos(np.clip(direction @ way / length, -1, 1)))
+    return total
 
 
 def _curves(gap: Gap) -> Iterator[FloatArray]:

@@ -30,6 +30,8 @@ class Prices:
         One corner more, beside its turning.
     hidden : float
         Hidden area as large as the visible one.
+    accident : float
+        A radian by which an outline turns just where it disappears below another.
     primitive : float
         What a circle or an ellipse costs less than its turning.
     saving : float
@@ -54,6 +56,7 @@ class Prices:
     layer: float = 1.5
     corner: float = 0.5
     hidden: float = 0.3
+    accident: float = 0.5
     primitive: float = 0.5
     saving: float = 0.2
     aligned: float = 1.5
