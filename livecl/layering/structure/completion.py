@@ -28,6 +28,8 @@ Gap = tuple[FloatArray, FloatArray | None, FloatArray, FloatArray | None]
 
 #: Points of the shortest gap; points from which the direction of an end is fitted.
 SHORTEST_GAP, FITTED = 3, 12
+#: Points on both sides of the end of a gap by which it is seen how the outline turns there.
+REACH = 16
 #: Share of a made-up curve that must lie below what covers it.
 COVERED = 0.97
 #: Longest gaps of a join, as a share of the outlines joined, or of one outline cut in two by it.
@@ -103,14 +105,14 @@ def _gaps_closed(
         start, length = runs[done]
         best = None
         if len(contour) - length >= 3 and not _silhouette(contour, start, length):
-            kept, gap = _others(contour, start, length), _gap(contour, start, length)
-            for curve in _curves(gap):
+            kept = _others(contour, start, length)
+            for curve in _curves(_gap(contour, start, length)):
                 if outlines.share_in(curve, room) < COVERED:
                     continue
                 closed = _spliced((contour, kept, curve))
                 grown = max(0.0, abs(closed.area) - area)
                 cost = outline_price(closed.points, prices) + prices.hidden * grown / area
-                cost += prices.accident * _bends_at_ends(gap, curve)
+                cost += prices.accident * _accidents(contour, start, length, curve)
                 if best is None or cost < best[0] - BETTER:
                     best = cost, closed
         if best is not None and best[0] < price - prices.saving:
@@ -222,25 +224,50 @@ def _gap(contour: Contour, start: int, length: int) -> Gap:
 
 def direction_at_end(points: FloatArray) -> FloatArray | None:
     """Return the unit vector of a run of points (n, 2) at its last one, from a parabola fitted to it, if it has one."""
+    found = _tangent(points)
+    return None if found is None else found[0]
+
+
+def _tangent(points: FloatArray) -> tuple[FloatArray, float] | None:
+    """Direction of a run of points at its last one, a unit vector, and its curvature, 1/px: of a parabola fitted to it.
+
+    Of fewer than seven points, a line: no curvature.
+    """
     if len(points) < 2:
         return None
+    bend = np.zeros(2)
     if len(points) < 3:
         slope = points[-1] - points[0]
     else:
-        t = np.linspace(-1, 0, len(points))
-        slope = np.polyfit(t, points, 1 if len(points) < 7 else 2)[-2]
+        t = np.arange(1.0 - len(points), 1.0)
+        fitted = np.polyfit(t, points, 1 if len(points) < 7 else 2)
+        slope = fitted[-2]
+        if len(points) >= 7:
+            bend = 2 * fitted[0]
     length = float(np.hypot(*slope))
-    return slope / length if length > 1e-9 else None
+    if length <= 1e-9:
+        return None
+    return slope / length, float(slope[0] * bend[1] - slope[1] * bend[0]) / length**3
 
 
-def _bends_at_ends(gap: Gap, curve: FloatArray) -> float:
-    """Angles, radians, by which an outline turns just where a curve (n, 2) that closes a gap begins and ends."""
-    start, enter, end, leave = gap
+def _accidents(contour: Contour, start: int, length: int, curve: FloatArray) -> float:
+    """Angle, radians, by which an outline turns, or begins to turn, just where a run of it gives way to a curve (n, 2).
+
+    That a shape has a corner where it happens to disappear below another, or goes from straight to round there, is a
+    coincidence: the principle of the generic view. Half the curve is held against each end, going on as it did within
+    `REACH` px.
+    """
+    points, count = contour.points, len(contour)
+    reach = min(REACH, count - length)
+    steps = np.arange(1 if reach > 5 else 0, reach)
     total = 0.0
-    for direction, way in ((enter, curve[0] - start), (leave, end - curve[-1])):
-        length = float(np.hypot(*way))
-        if direction is not None and length > 1e-9:
-            total += float(np.arccos(np.clip(direction @ way / length, -1, 1)))
+    for indices, made in (((start - 1 - steps) % count, curve), ((start + length + steps) % count, curve[::-1])):
+        seen = points[indices]
+        hidden = np.concatenate([seen[:1], made[:REACH]])
+        out, back = _tangent(seen[::-1]), _tangent(hidden[::-1])
+        if out is None or back is None:
+            continue
+        total += float(np.arccos(np.clip(-(out[0] @ back[0]), -1, 1))) + abs(out[1] + back[1]) * len(curve) / 2
     return total
 
 

@@ -31,7 +31,7 @@ class Prices:
     hidden : float
         Hidden area as large as the visible one.
     accident : float
-        A radian by which an outline turns just where it disappears below another.
+        A radian by which an outline turns, or begins to, just where it disappears below another.
     primitive : float
         What a circle or an ellipse costs less than its turning.
     saving : float

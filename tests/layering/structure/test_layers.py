@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,13 @@ import pytest
 from numpy.typing import NDArray
 from skimage.draw import polygon2mask
 
+from livecl.layering.structure.completion import completed
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.depth import few_alike
 from livecl.layering.structure.flat import flat_regions
 from livecl.layering.structure.layers import find_layers
 from livecl.layering.structure.parts import with_parts
+from livecl.layering.structure.prices import PRICES
 
 SIZE = (96, 96)
 FINE = 4  # samples of a pixel's side
@@ -82,6 +85,23 @@ def test_a_disc_behind_a_disc_is_whole() -> None:
 def test_a_disc_of_which_a_third_of_the_rim_is_seen_is_whole() -> None:
     layers = (disc(48, 40, 26), RED), (box(10, 26, 86, 86), BLUE)
     check(picture(*layers), *layers)
+
+
+def test_a_board_keeps_the_corner_that_a_disc_hides() -> None:
+    layers = (box(10.5, 12.5, 70.5, 66.5), RED), (disc(66, 62, 22), BLUE)
+    check(picture(*layers), *layers, least=0.98)
+
+
+def test_an_outline_that_turns_just_where_it_disappears_pays_for_it() -> None:
+    outlines = Outlines(flat_regions(picture((box(10.5, 12.5, 70.5, 66.5), RED), (disc(66, 62, 22), BLUE))))
+    red = next(k for k in range(outlines.count) if abs(outlines.regions.colors[k][0] - RED[0]) < 0.02)
+    disc_over_it = next(k for k in range(outlines.count) if abs(outlines.regions.colors[k][2] - BLUE[2]) < 0.02)
+    below = outlines.marks([disc_over_it])
+    room = outlines.room([red], below)
+    whole, _ = completed(outlines.outer(red), below, room, outlines, PRICES)
+    cut, _ = completed(outlines.outer(red), below, room, outlines, dataclasses.replace(PRICES, accident=0.0))
+    assert abs(whole.area) > 0.98 * 60 * 54
+    assert abs(cut.area) < 0.95 * 60 * 54  # a line from where the board disappears to where it comes back
 
 
 def test_the_ground_is_seen_between_two_arms_that_meet_on_a_third() -> None:
