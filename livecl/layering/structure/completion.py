@@ -95,7 +95,11 @@ def _primitive(contour: Contour, below: BoolArray, room: BoolArray, outlines: Ou
 def _gaps_closed(
     contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
 ) -> tuple[Contour, float]:
-    """Return a contour with each gap closed by the curve that makes it cheapest, where that saves, and its price."""
+    """Return a contour with each gap closed by the curve that makes it cheapest, where that saves, and its price.
+
+    Accidents tell curves from each other. They are no reason to leave a gap as it is: an outline that ends just where
+    the one in front runs is an accident, too.
+    """
     price, done = outline_price(contour.points, prices), 0
     area = abs(contour.area)
     while True:
@@ -112,11 +116,11 @@ def _gaps_closed(
                 closed = _spliced((contour, kept, curve))
                 grown = max(0.0, abs(closed.area) - area)
                 cost = outline_price(closed.points, prices) + prices.hidden * grown / area
-                cost += prices.accident * _accidents(contour, start, length, curve)
-                if best is None or cost < best[0] - BETTER:
-                    best = cost, closed
-        if best is not None and best[0] < price - prices.saving:
-            price, contour = best
+                accidents = prices.accident * _accidents(contour, start, length, curve)
+                if best is None or cost + accidents < best[0] - BETTER:
+                    best = cost + accidents, cost, closed
+        if best is not None and best[1] < price - prices.saving:
+            _, price, contour = best
             done = 0
         else:
             done += 1
