@@ -15,6 +15,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID, Fills, concatenate_fills
 from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas
+from livecl.layering.drift import Changes
 from livecl.layering.ramps import LAYER_NUMBERS, Paint, Shading, fit_paint
 from livecl.options import AUTO_PATH_GAIN, Options
 
@@ -22,11 +23,6 @@ from livecl.options import AUTO_PATH_GAIN, Options
 OWN_SHARE, LEAST_PIXELS = 0.95, 24
 #: Alpha of the layers below up to which a layer over nothing shows its own alpha.
 CLEAR = 0.02
-#: Differences of colour within 3 x 3 pixels up to which they are flat; second differences up to which colour drifts, as
-#: rounding makes them.
-FLAT, BEND = 0.6 / 255, 2.1 / 255
-#: Share of flat pixels from which on a gradient needs as many where colour drifts, or this share of the changes.
-FLAT_SHARE, DRIFT_SHARE = 0.1, 0.5
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -66,7 +62,7 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
     alphas = layer_alphas(drawing, context.rasterizer)
     residual = (context.target - context.rasterizer.forward(drawing)).astype(np.float64)
     above, below = _transmittances(alphas)
-    changes = _Changes.of(np.asarray(context.target, dtype=np.float64))
+    changes = Changes.of(np.asarray(context.target, dtype=np.float64))
     price = shading.price_in(residual[..., 0].size)
     colors, parts, changed = drawing.colors.copy(), [], False
     for layer in range(drawing.num_layers):
@@ -136,47 +132,3 @@ def _transmittances(alphas: NDArray[np.float32]) -> tuple[list[FloatArray], list
             one = one * (1 - alpha)
         found.append(through[::step])
     return found[0], found[1]
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Changes:
-    """Changes of a picture's colour from pixel to pixel.
-
-    Attributes
-    ----------
-    flat : (H, W) bool
-        Pixels around which 3 x 3 are of one colour.
-    sloping : (H, W) bool
-        Pixels around which 3 x 3 change smoothly, and are not flat.
-    drifts, jumps : (H, W) float
-        Change to the next pixels, where it is smooth and where it is not.
-    """
-
-    flat: BoolArray
-    sloping: BoolArray
-    drifts: FloatArray
-    jumps: FloatArray
-
-    @classmethod
-    def of(cls, image: FloatArray) -> _Changes:
-        """Look at the changes of a picture (H, W, C)."""
-        from scipy import ndimage
-
-        size = (3, 3, 1)
-        span = ndimage.maximum_filter(image, size) - ndimage.minimum_filter(image, size)
-        bend, change = np.zeros((2, *image.shape[:2]))
-        for axis in (0, 1):
-            bends = ndimage.convolve1d(image, [1.0, -2.0, 1.0], axis=axis, mode="nearest")
-            bend = np.maximum(bend, np.abs(bends).max(axis=-1))
-            change += np.abs(ndimage.convolve1d(image, [0.5, 0.0, -0.5], axis=axis, mode="nearest")).max(axis=-1)
-        smooth = bend <= BEND
-        flat = span.max(axis=-1) <= FLAT
-        sloping = ndimage.minimum_filter(smooth, 3) & ~flat
-        return cls(flat, sloping, np.where(smooth, change, 0), np.where(smooth, 0, change))
-
-    def drift(self, own: BoolArray) -> bool:
-        """Whether colour drifts within some pixels (H, W), rather than jump from one flat colour to another."""
-        drifts, jumps = float(self.drifts[own].sum()), float(self.jumps[own].sum())
-        flat = np.count_nonzero(self.flat[own])
-        few = flat < FLAT_SHARE * np.count_nonzero(own) or flat <= np.count_nonzero(self.sloping[own])
-        return bool(few or drifts > DRIFT_SHARE * (drifts + jumps))

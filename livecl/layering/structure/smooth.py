@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl.drawing.fills import SOLID
+from livecl.layering.drift import Changes
 from livecl.layering.ramps import COLOR_NUMBERS, LAYER_NUMBERS, Paint, fit_paint
 from livecl.layering.structure.flat import (
     MIXTURE_MISS,
@@ -33,8 +34,6 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: Largest second difference of colour within a ramp: two values rounded to 8 bits, the middle one twice.
-BEND = 2.1 / 255
 #: What a pixel's colour may miss its region's fill by, and share of the pixels that may miss it: else it is cut.
 MISSED, MISSED_SHARE = 3.5 / 255, 0.03
 #: Least share of a region that one fill must explain to be cut from the rest, and pixels of the smallest part cut.
@@ -74,13 +73,19 @@ class SmoothRegions(FlatRegions):
         return {}
 
     @functools.cached_property
+    def _changes(self) -> Changes:
+        return Changes.of(self.image)
+
+    @functools.cached_property
     def _boxes(self) -> list[tuple[slice, slice]]:
         return list(ndimage.find_objects(self.labels + 1))
 
     def paint(self, ids: frozenset[int]) -> Paint:
         """Return the fill that some regions have together."""
         if ids not in self._paints:
-            self._paints[ids] = fitted(self.image, self.pixels_of(ids), self.price, self.kinds)
+            own = self.pixels_of(ids)
+            kinds = self.kinds if self._changes.drift(own) else ()
+            self._paints[ids] = fitted(self.image, own, self.price, kinds)
         return self._paints[ids]
 
     def shown(self, ids: frozenset[int], mask: BoolArray) -> FloatArray:
@@ -115,6 +120,12 @@ class SmoothRegions(FlatRegions):
             self._moments[ids] = (terms * np.maximum(colors[:, 3:] ** 2, 1e-3)).T @ terms
         return self._moments[ids]
 
+    def _missed(self, paint: Paint, mask: BoolArray) -> float:
+        """Return the squared error of a fill at pixels (H, W)."""
+        colors = straight(self.image[mask])
+        weights = np.maximum(colors[:, 3] ** 2, 1e-3)
+        return float(weights @ np.square(paint.at(_centers(mask)) - colors).sum(axis=1))
+
     def alike(self, a: int, b: int) -> bool:
         """Whether two regions have one fill: a fill fitted to both costs less than two, or hardly misses any pixel."""
         own = [frozenset((k,)) for k in (a, b)]
@@ -124,11 +135,15 @@ class SmoothRegions(FlatRegions):
 
     def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
         """Return by how much error and price of one fill for some regions and others exceed those of two fills."""
-        if self.paint(one).kind == SOLID == self.paint(other).kind:  # no ramp leads from one flat colour to another
+        solid = [ids for ids in (one, other) if self.paint(ids).kind == SOLID]
+        if len(solid) == 2:  # no ramp leads from one flat colour to another
             return super().rise(one, other)
         moments = self._affine(one), self._affine(other)
         count = float(moments[0][0, 0] + moments[1][0, 0])
         apart = self.error(one) + self.error(other) + 3 * ONE_FILL * count
+        if solid and (mask := self.pixels_of(solid[0])).sum() >= CUT_PIXELS:  # nor from a gradient to a flat colour
+            ramp = self.paint(other if solid[0] is one else one)
+            return ramp.error + self.price * ramp.numbers + self._missed(ramp, mask) - apart
         # Affine ramps are quickly fitted. Where one for both is as good as two fills, no other is looked for; where it
         # is much worse than one for each, bent and round ones for both are no better.
         affine = _affine_error(moments[0] + moments[1])
@@ -200,14 +215,7 @@ def _cores(image: FloatArray) -> IntArray:
     Pixels hang together within blocks of 2 x 2 of nearly one colour, which thin parts have too, and where both are
     smooth in all directions.
     """
-    padded = np.pad(image, ((1, 1), (1, 1), (0, 0)), mode="edge")
-    bend = np.zeros(image.shape[:2])
-    for one, other in (((0, 1), (2, 1)), ((1, 0), (1, 2))):
-        height, width = image.shape[:2]
-        a = padded[one[0] : one[0] + height, one[1] : one[1] + width]
-        b = padded[other[0] : other[0] + height, other[1] : other[1] + width]
-        bend = np.maximum(bend, np.abs(a + b - 2 * image).max(axis=-1))
-    smooth = bend <= BEND
+    smooth = Changes.of(image).smooth
     corners = np.stack([image[:-1, :-1], image[1:, :-1], image[:-1, 1:], image[1:, 1:]])
     block = (corners.max(axis=0) - corners.min(axis=0)).max(axis=-1) <= SAME_STEP
     right, down = smooth[:, :-1] & smooth[:, 1:], smooth[:-1] & smooth[1:]

@@ -86,6 +86,20 @@ def test_two_flat_colours_have_no_ramp_between_them(device: int) -> None:
     assert regions.rise(left, left) == 0
 
 
+def test_a_ramp_goes_on_in_flat_colour_only_where_it_ends(device: int) -> None:
+    """What lies beyond the last stop has its colour."""
+    parts = [[rectangle(4, 8, 40, 30)], [rectangle(60, 8, 92, 30)], [rectangle(60, 45, 92, 70)]]
+    ramp = Fills.linear((10, 0), (36, 0), [WARM, COOL])
+    fills = concatenate_fills([ramp, Fills.solid(2)])
+    drawing = Drawing.from_outlines(parts, [WARM, COOL, (0.9, 0.8, 0.1, 1.0)], (80, 96), fills=fills)
+    regions = smooth_regions(picture(drawing, device), PRICE, KINDS)
+    shaded, end, other = (
+        frozenset((int(regions.labels[row, column]),)) for row, column in ((20, 20), (20, 76), (60, 76))
+    )
+    assert regions.rise(shaded, end) <= 0
+    assert regions.rise(other, shaded) > 10
+
+
 def ramp_and(ramp: Fills, start: tuple[float, ...], end: tuple[float, ...]) -> Fills:
     """Return a fill, and one that runs the other way."""
     return concatenate_fills([ramp, Fills.linear((0, 0), (96, 0), [start, end])])

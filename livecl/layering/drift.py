@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drift of colour: whether it changes smoothly among some pixels, as in a gradient, or jumps between flat colours."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+#: Differences of colour within 3 x 3 pixels up to which they are flat; largest second difference of colour within a
+#: ramp: two values rounded to 8 bits, the middle one twice.
+FLAT, BEND = 0.6 / 255, 2.1 / 255
+#: Share of flat pixels from which on a gradient needs as many where colour drifts, or this share of the changes.
+FLAT_SHARE, DRIFT_SHARE = 0.1, 0.5
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Changes:
+    """Changes of colour from pixel to pixel.
+
+    Attributes
+    ----------
+    flat : (H, W) bool
+        Pixels around which 3 x 3 are of one colour.
+    smooth : (H, W) bool
+        Pixels whose second differences of colour are as small as rounding makes them.
+    right, down : (H, W - 1), (H - 1, W) float
+        Largest change of a channel to the next pixel.
+    """
+
+    flat: BoolArray
+    smooth: BoolArray
+    right: FloatArray
+    down: FloatArray
+
+    @classmethod
+    def of(cls, image: FloatArray) -> Changes:
+        """Look at the changes of a picture (H, W, C)."""
+        size = (3, 3, 1)
+        span = ndimage.maximum_filter(image, size) - ndimage.minimum_filter(image, size)
+        bend = np.zeros(image.shape[:2])
+        for axis in (0, 1):
+            bends = ndimage.convolve1d(image, [1.0, -2.0, 1.0], axis=axis, mode="nearest")
+            bend = np.maximum(bend, np.abs(bends).max(axis=-1))
+        down, right = (np.abs(np.diff(image, axis=axis)).max(axis=-1) for axis in (0, 1))
+        return cls(span.max(axis=-1) <= FLAT, bend <= BEND, right, down)
+
+    @functools.cached_property
+    def _sloping(self) -> BoolArray:
+        """Pixels around which 3 x 3 are smooth, and not flat."""
+        return np.asarray(ndimage.minimum_filter(self.smooth, 3) & ~self.flat)
+
+    def drift(self, own: BoolArray) -> bool:
+        """Whether colour drifts within some pixels (H, W), rather than jump from one flat colour to another."""
+        flat = np.count_nonzero(self.flat[own])
+        if flat < FLAT_SHARE * np.count_nonzero(own) or flat <= np.count_nonzero(self._sloping[own]):
+            return True
+        drifts = jumps = 0.0
+        for change, first, second in ((self.right, np.s_[:, :-1], np.s_[:, 1:]), (self.down, np.s_[:-1], np.s_[1:])):
+            both = own[first] & own[second]
+            even = self.smooth[first] & self.smooth[second]
+            drifts += float(change[both & even].sum())
+            jumps += float(change[both & ~even].sum())
+        return drifts > DRIFT_SHARE * (drifts + jumps)
