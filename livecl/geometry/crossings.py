@@ -44,7 +44,11 @@ def crossing_area(cubics: ArrayLike, tolerance: float = FLATTENING) -> float:
         Area of all points, px^2, whose winding is neither 0 nor the sign of the outline's signed area. It is above zero
         exactly if the flattened outline crosses itself.
     """
-    start = bezier.flatten(cubics, tolerance).corners
+    return polygon_crossing_area(bezier.flatten(cubics, tolerance).corners)
+
+
+def polygon_crossing_area(start: FloatArray) -> float:
+    """Return the area, px^2, that a closed polygon of corners (n, 2) winds around otherwise than a simple one does."""
     end = np.roll(start, -1, axis=0)
     meetings = _heights_of_meetings(start, end)
     if not len(meetings):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from livecl.geometry.bezier import signed_area
 from livecl.geometry.corners import Outline, find_corners
-from livecl.geometry.crossings import CROSSING_AREA, crossing_area
+from livecl.geometry.crossings import CROSSING_AREA, crossing_area, polygon_crossing_area
 from livecl.geometry.ellipses import ellipses_of
 from livecl.geometry.refinement import STEPS, refined
 from livecl.geometry.simplest import Course, Draft, SegmentPrices, simplest_path, without_anchors
@@ -54,7 +54,7 @@ def trace(points: FloatArray, noise: float, prices: TracingPrices = PRICES) -> F
     """Return the closed path (s, 3, 2) along a polyline (n, 2), px, at steps of about 1 px, of the smallest price.
 
     Loops are cut out where it crosses itself; where that would take away more, segments get cheaper, so that it follows
-    two sides of a neck closely.
+    two sides of a neck closely; where that is in vain the path of a polyline that does not cross itself keeps them.
 
     Parameters
     ----------
@@ -70,22 +70,15 @@ def trace(points: FloatArray, noise: float, prices: TracingPrices = PRICES) -> F
     cubics = _cheapest(points, outline, SegmentPrices(line=price, curve=prices.curve * price))
     if crossing_area(cubics) <= CROSSING_AREA:
         return np.asarray(cubics[:, :3])
-    first = untangled = untangle([cubics])[0]
-    trials = 0
-    while abs(signed_area(untangled) - signed_area(cubics)) > MOST_LOST and trials < TRIALS and not _crosses(points):
+    untangled, simple = untangle([cubics])[0], polygon_crossing_area(points) <= CROSSING_AREA
+    first, trials = cubics if simple else untangled, 0
+    while abs(signed_area(untangled) - signed_area(cubics)) > MOST_LOST and trials < TRIALS and simple:
         price /= CHEAPER
         trials += 1
         cubics = _cheapest(points, outline, SegmentPrices(line=price, curve=prices.curve * price))
         untangled = untangle([cubics])[0]
     lost = abs(signed_area(untangled) - signed_area(cubics)) > MOST_LOST
     return np.asarray((first if lost else untangled)[:, :3])
-
-
-def _crosses(points: FloatArray) -> bool:
-    """Whether a closed polyline crosses itself."""
-    end = np.roll(points, -1, axis=0)
-    lines = np.stack([points, (2 * points + end) / 3, (points + 2 * end) / 3, end], axis=1)
-    return crossing_area(lines) > CROSSING_AREA
 
 
 def _cheapest(points: FloatArray, outline: Outline, prices: SegmentPrices) -> FloatArray:

@@ -4,10 +4,13 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.drawing.drawing import Drawing
+from livecl.geometry.bezier import signed_area
 from livecl.geometry.untangle import untangle
 from livecl.options import OPAQUE_FROM
 from livecl.rendering.rasterizer import Gradients, Rasterizer
@@ -20,6 +23,8 @@ from livecl.training.ties import Ties
 PIECES_PERIOD = 10
 #: Steps between two looks for outlines that cross themselves.
 UNTANGLE_PERIOD = 25
+#: Area of a loop, px^2, up to which it is cut without a look at what it shows.
+SMALL_LOOP = 3.0
 #: Narrowest stroke that training leaves, px: a line of a tenth of full colour, which still has a gradient.
 MIN_WIDTH = 0.1
 #: Steps over which the learning rate decays by the factor that the options name.
@@ -109,14 +114,28 @@ def untangles_now(state: State) -> bool:
     return iteration == length or (2 * iteration > length and iteration % UNTANGLE_PERIOD == 0)
 
 
-def untangle_outlines(state: State) -> None:
-    """Take the loops out of all filled outlines that may change; Adam starts anew for changed segments."""
+def untangle_outlines(state: State, error: Callable[[Drawing], float]) -> None:
+    """Take the loops out of all filled outlines that may change; Adam starts anew for changed segments.
+
+    An outline keeps a loop that shows something: one of more than `SMALL_LOOP` px^2 without which the `error` of the
+    drawing would rise by more than a layer must be worth (`Options.prune`), as beyond a neck whose two sides cross.
+    """
     drawing = state.drawing
     points, cubics = drawing.points.copy(), drawing.cubics
     free = ~state.locked_segments & (drawing.strokes.widths[drawing.segment_layers] == 0)
     runs = [subpath for subpath in drawing.subpaths() if free[subpath.start]]
+    large = []
     for run, outline in zip(runs, untangle([cubics[run] for run in runs]), strict=True):
-        points[run] = outline[:, :3]
+        if abs(signed_area(outline) - signed_area(cubics[run])) > SMALL_LOOP:
+            large.append((run, outline[:, :3]))
+        else:
+            points[run] = outline[:, :3]
+    for run, outline in large:
+        cut = points.copy()
+        cut[run] = outline
+        before, after = (error(drawing.moved(moved, drawing.colors, drawing.background)) for moved in (points, cut))
+        if after - before <= state.options.prune:
+            points = cut
     moved = (points != drawing.points).any(axis=(1, 2))
     if moved.any():
         state.points.forget(moved)

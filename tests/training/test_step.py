@@ -10,7 +10,7 @@ import pytest
 from support.runs import SMALL, new_run, three_shapes
 from support.shapes import build, polygon, rectangle
 
-from livecl import Gradients, Options, vectorize
+from livecl import Gradients, Options, render, vectorize
 from livecl.drawing import Fills
 from livecl.rendering.fills import FillGradients
 from livecl.run.callbacks import Step
@@ -155,9 +155,20 @@ def test_loops_are_left_in_locked_layers() -> None:
     eight = polygon([(2, 2), (10, 10), (10, 2), (2, 12)])
     drawing = build([([np.add(eight, (x, 0))], (1, 0, 0, 1)) for x in (0, 12)], (24, 24))
     state = State.start(drawing, Options(), 0, np.array([True, False]))
-    untangle_outlines(state)
+    untangle_outlines(state, lambda drawing: 0.0)
     assert np.array_equal(state.drawing.points[:4], drawing.points[:4])
     assert not np.array_equal(state.drawing.points[4:], drawing.points[4:])
+
+
+def test_a_loop_is_kept_where_it_shows_something(device: int) -> None:
+    # Two lobes on either side of a crossing, the upper one larger; the picture shows both, or the upper one alone.
+    eight = polygon([(2, 4), (14, 4), (4, 20), (12, 20)])
+    upper = polygon([(2, 4), (14, 4), (8, 13.6)])
+    for shape, kept in ((eight, True), (upper, False)):
+        wanted, drawing = (build([([path], (1, 0, 0, 1))], (24, 24)) for path in (shape, eight))
+        state = State.start(drawing, Options(), 0)
+        untangle_outlines(state, new_run(Options(), (1,), device, render(wanted, device)).visible_mse)
+        assert np.array_equal(state.drawing.points, drawing.points) == kept
 
 
 def test_adam_starts_anew_for_segments_that_lost_a_loop() -> None:
@@ -165,7 +176,7 @@ def test_adam_starts_anew_for_segments_that_lost_a_loop() -> None:
     state = State.start(build([([shape], (1, 0, 0, 1)) for shape in shapes], (24, 24)), Options(), 0)
     state.points.mean[:], state.points.square[:], state.points.ages[:] = 1, 1, 7
     before = state.drawing.points
-    untangle_outlines(state)
+    untangle_outlines(state, lambda drawing: 0.0)
     moved = (state.drawing.points != before).any(axis=(1, 2))
     assert moved[:4].any() and not moved[4:].any()
     assert np.array_equal(state.points.ages, np.where(moved, 0, 7))

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from livecl.geometry.crossings import polygon_crossing_area
 from livecl.layering.structure.contours import AFTER, BEFORE, COMPLETED, Contour, Outlines
 from livecl.layering.structure.prices import Prices, outline_price, signed_area
 from livecl.layering.structure.primitives import FARTHEST, fitted_primitive
@@ -36,6 +37,9 @@ COVERED = 0.97
 LONGEST_GAP, LONGEST_CUT = 0.6, 0.5
 #: Cosine of the largest angle between an end and the way to the other end; shorter gaps than this, px, need not comply.
 AHEAD, SHORT = 0.75, 4.0
+#: Area px^2 that a completed outline may wind around otherwise than a simple one: where made-up curves cross it has two
+#: lobes, of which its path would keep the larger.
+MOST_CROSSED = 1.0
 #: How far a shape goes on below one in front that it ends at, px.
 TRAP = 1.25
 #: Price by which another kind of curve must be better.
@@ -117,7 +121,7 @@ def _gaps_closed(
                 grown = max(0.0, abs(closed.area) - area)
                 cost = outline_price(closed.points, prices) + prices.hidden * grown / area
                 accidents = prices.accident * _accidents(contour, start, length, curve)
-                if best is None or cost + accidents < best[0] - BETTER:
+                if (best is None or cost + accidents < best[0] - BETTER) and _simple(closed):
                     best = cost + accidents, cost, closed
         if best is not None and best[1] < price - prices.saving:
             _, price, contour = best
@@ -146,7 +150,7 @@ def joined(
             )
             cost = outline_price(whole.points, prices)
             cost += prices.hidden * max(0.0, abs(whole.area) - seen) / seen
-            if best is None or cost < best[1] - BETTER:
+            if (best is None or cost < best[1] - BETTER) and _simple(whole):
                 best = whole, cost
     return best
 
@@ -169,7 +173,7 @@ def cut_in_two(
                 continue
             two = [_spliced((contour, inner, back)), _spliced((contour, outer, bridge))]
             cost = sum(outline_price(part.points, prices) for part in two)
-            if best is None or cost < best[1] - BETTER:
+            if (best is None or cost < best[1] - BETTER) and all(map(_simple, two)):
                 best = two, cost
     if best is None or best[1] > completed(contour, below, room, outlines, prices)[1] + CUT_PRICE:
         return None
@@ -207,6 +211,11 @@ def _spliced(*pieces: tuple[Contour, IntArray, FloatArray]) -> Contour:
         across += [contour.across[kept], np.full(len(curve), COMPLETED)]
         straight += [contour.straight[kept], np.zeros(len(curve), np.int64)]
     return Contour(np.concatenate(points), np.concatenate(across), np.concatenate(straight))
+
+
+def _simple(contour: Contour) -> bool:
+    """Whether an outline does not cross itself."""
+    return polygon_crossing_area(contour.points) <= MOST_CROSSED
 
 
 def _silhouette(contour: Contour, start: int, length: int) -> bool:

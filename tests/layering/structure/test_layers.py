@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ import pytest
 from numpy.typing import NDArray
 from skimage.draw import polygon2mask
 
+from livecl import read_image
+from livecl.geometry.crossings import polygon_crossing_area
 from livecl.layering.structure.completion import completed
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.depth import few_alike
@@ -201,3 +204,12 @@ def test_many_shapes_of_one_color_are_not_looked_at_in_pairs() -> None:
     np.testing.assert_allclose(
         outlines.regions.colors[alike].mean(axis=0), (np.array(WHITE) + 11 * np.array(RED)) / 12, atol=0.01
     )
+
+
+@pytest.mark.parametrize("name", ["clip_1f43f", "clip_1f3bf"])
+def test_parts_are_not_joined_where_their_outlines_would_cross(name: str, data_dir: Path) -> None:
+    # A chipmunk's tail, leg and ear, of one colour, lie around its body: bridges from tail to leg cross below it. Of an
+    # outline that crosses itself a path keeps the larger lobe.
+    image = read_image(data_dir / "pics" / f"{name}.png")[..., :3]
+    layers = find_layers(flat_regions(image), image[0, 0].astype(np.float64))
+    assert max(polygon_crossing_area(points) for layer in layers for points in layer.outlines) < 3
