@@ -36,6 +36,8 @@ STRAIGHT, CLEARER = 0.6, 0.25
 #: Area, px^2, of the smallest outline beside the largest of a region: a region has more pixels (flat.SMALLEST), less is
 #: a mixed pixel that was taken for another region's.
 LEAST_AREA = 2.0
+#: Pixels of regions that are looked at for whether an outline keeps them, and the least share of those that it keeps.
+SAMPLED, KEPT = 400, 0.98
 _SQUARE = np.ones((3, 3), bool)
 _STEPS_OUT = (1.0, 1.5, 0.6, 2.2, 3.0)
 
@@ -142,6 +144,18 @@ class Outlines:
             labels = self._padded[np.clip(rows + down, 0, height - 1), np.clip(columns + right, 0, width - 1)]
             inside |= room[labels]
         return float(inside.mean())
+
+    def keeps(self, ids: Iterable[int], before: Contour, after: Contour) -> bool:
+        """Whether an outline still goes around what another had of some regions: about `SAMPLED` of their pixels."""
+        from skimage.measure import points_in_poly
+
+        if after is before or abs(after.area) >= abs(before.area):
+            return True
+        rows, columns = np.nonzero(np.isin(self.regions.labels, list(ids)))
+        step = 1 + len(rows) // SAMPLED
+        points = np.stack([columns, rows], axis=1)[::step] + 0.5
+        points = points[points_in_poly(points, before.points)]
+        return bool(np.mean(points_in_poly(points, after.points)) >= KEPT) if len(points) else True
 
     def neighbors(self, k: int) -> dict[int, int]:
         """Return the regions across the outlines of one, with the number of points that face each."""

@@ -150,10 +150,17 @@ class _Scene:
         return total
 
     def _joint_depth(self, a: int, b: int) -> tuple[float, int]:
-        """Return what speaks against two shapes being one, more than against each where it is, and its best depth."""
+        """Return what speaks against two shapes being one, more than against each where it is, and its best depth.
+
+        Where other shapes are drawn around a part of it, it lies on these.
+        """
         shown = self.shapes[a].shown | self.shapes[b].shown
+        around = [self.depth[k] for k, shape in self.shapes.items() if k not in (a, b) and shape.around & shown]
+        depths = [self.depth[k] for k in (a, b) if self.depth[k] > max(around, default=-1)]
+        if not depths:
+            return np.inf, self.depth[a]
         apart = sum(self._against(self.shapes[k].shown, self.depth[k]) for k in (a, b))
-        against, best = min((self._against(shown, self.depth[k]), self.depth[k]) for k in (a, b))
+        against, best = min((self._against(shown, depth), depth) for depth in depths)
         return max(0.0, against - apart), best
 
     def join_all(self, check: Callable[[], None]) -> None:
@@ -237,6 +244,8 @@ class _Scene:
                 if below[contour.across].all() and contour.is_hole_of(contours[0]):
                     continue
                 whole, _ = completed(contour, below, room, self.outlines, self.prices)
+                if not self.outlines.keeps(self.shapes[k].shown, contour, whole):
+                    whole = contour
                 polylines.append(trapped(whole, below, room, self.outlines))
             found.append((k, polylines))
         return found

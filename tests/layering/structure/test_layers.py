@@ -211,5 +211,19 @@ def test_parts_are_not_joined_where_their_outlines_would_cross(name: str, data_d
     # A chipmunk's tail, leg and ear, of one colour, lie around its body: bridges from tail to leg cross below it. Of an
     # outline that crosses itself a path keeps the larger lobe.
     image = read_image(data_dir / "pics" / f"{name}.png")[..., :3]
-    layers = find_layers(flat_regions(image), image[0, 0].astype(np.float64))
+    ground = image[0, 0].astype(np.float64)
+    layers = find_layers(with_parts(flat_regions(image), ground), ground)
     assert max(polygon_crossing_area(points) for layer in layers for points in layer.outlines) < 3
+
+
+@pytest.mark.parametrize("name", ["clip_1f5d2", "clip_1f33d"])
+def test_completed_outlines_keep_what_their_shapes_show(name: str, data_dir: Path) -> None:
+    # Lines of a pad, seen through slots in its page, are one shape with its rings: a straight line across that shape
+    # would run below the page, and cut half of the lines off.
+    image = read_image(data_dir / "pics" / f"{name}.png")[..., :3]
+    ground = image[0, 0].astype(np.float64)
+    outlines = with_parts(flat_regions(image), ground)
+    for layer in find_layers(outlines, ground):
+        shown = np.isin(outlines.regions.labels, list(layer.shown))
+        whole = np.logical_or.reduce([polygon2mask(shown.shape, p[:, ::-1] - 0.5) for p in layer.outlines])
+        assert (whole & shown).sum() > 0.9 * shown.sum() - 10
