@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -59,6 +60,17 @@ class _Shape:
     def outer(self) -> list[tuple[int, Contour]]:
         """Contours that are no holes, with their places."""
         return [(i, c) for i, c in enumerate(self.contours) if not c.is_hole_of(self.contours[0])]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Join:
+    """What joining two shapes saves, the two contours by their places in them, and the one that these become."""
+
+    saved: float
+    shapes: tuple[int, int]
+    contours: tuple[int, int]
+    whole: Contour
+    pair: tuple[Contour, ...] = ()
 
 
 def find_layers(
@@ -164,37 +176,44 @@ class _Scene:
         return max(0.0, against - apart), best
 
     def join_all(self, check: Callable[[], None]) -> None:
-        """Join shapes of one colour, again and again the pair that saves most; then each with itself."""
+        """Join shapes of one colour, again and again the pair that saves most; then each with itself.
+
+        A shape that could be joined with either of two others as well, but not with both, is joined with neither.
+        """
         few = few_alike(self.outlines, sorted(self.shapes))
-        tried: dict[tuple[Contour, ...], tuple[float, int, int, Contour] | None] = {}
+        tried: dict[tuple[Contour, ...], _Join | None] = {}
+        unclear: set[tuple[Contour, ...]] = set()
         while True:
-            best: tuple[float, int, int, Contour] | None = None
-            place = (0, 0)
             keys = sorted(self.shapes.keys() & set(few), key=lambda k: self.depth[k])
-            for i, a in enumerate(keys):
+            joins: list[_Join] = []
+            for a, b in itertools.combinations(keys, 2):
+                if not same_color(self.outlines, a, b):
+                    continue
                 check()
-                for b in keys[i + 1 :]:
-                    if not same_color(self.outlines, a, b):
-                        continue
-                    pair = (*self.shapes[a].contours, *self.shapes[b].contours)
-                    if pair not in tried:
-                        tried[pair] = self._best_join(a, b)
-                    found = tried[pair]
-                    if found is not None and (best is None or found[0] > best[0]):
-                        best, place = found, (a, b)
+                pair = (*self.shapes[a].contours, *self.shapes[b].contours)
+                if pair not in tried:
+                    tried[pair] = self._best_join(a, b)
+                found = tried[pair]
+                if found is not None:
+                    joins.append(dataclasses.replace(found, pair=pair))
+            best = max((join for join in joins if join.pair not in unclear), key=lambda join: join.saved, default=None)
             if best is None:
                 break
-            self._join(*place, best[1], best[2], best[3])
+            rivals = [join for join in joins if self._excludes(best, join)]
+            if rivals:
+                unclear.update(join.pair for join in (best, *rivals))
+            else:
+                self._join(best)
         for k, shape in self.shapes.items():
             self._cut(k, shape)
 
-    def _best_join(self, a: int, b: int) -> tuple[float, int, int, Contour] | None:
-        """Return what joining two shapes saves at best, the two contours by their places, and the one they become."""
+    def _best_join(self, a: int, b: int) -> _Join | None:
+        """Return the best way to join two shapes that saves anything."""
         below, room = self.covers(a, b)
         ends = [[(i, c) for i, c in self.shapes[k].outer() if below[c.across].any()] for k in (a, b)]
         if not (ends[0] and ends[1]):
             return None
-        best = None
+        best: _Join | None = None
         least = self.prices.saving + self._joint_depth(a, b)[0]
         for i, first in ends[0]:
             for j, second in ends[1]:
@@ -203,15 +222,28 @@ class _Scene:
                     continue
                 apart = sum(completed(c, below, room, self.outlines, self.prices)[1] for c in (first, second))
                 saved = apart + self.prices.layer - found[1]
-                if saved > least and (best is None or saved > best[0]):
-                    best = saved, i, j, found[0]
+                if saved > least and (best is None or saved > best.saved):
+                    best = _Join(saved, (a, b), (i, j), found[0])
         return best
 
-    def _join(self, a: int, b: int, i: int, j: int, whole: Contour) -> None:
+    def _excludes(self, join: _Join, other: _Join) -> bool:
+        """Whether a join that saves as much as another has one of its shapes, and ends that would be gone."""
+        common = set(join.shapes) & set(other.shapes)
+        if len(common) != 1 or abs(join.saved - other.saved) > self.prices.saving:
+            return False
+        shapes, depth = dict(self.shapes), dict(self.depth)
+        self._join(join)
+        (third,) = set(other.shapes) - common
+        left = self._best_join(*sorted((join.shapes[0], third), key=lambda k: self.depth[k]))
+        self.shapes, self.depth = shapes, depth
+        return left is None
+
+    def _join(self, join: _Join) -> None:
+        (a, b), (i, j) = join.shapes, join.contours
         self.depth[a] = self._joint_depth(a, b)[1]
         first, second = self.shapes[a], self.shapes.pop(b)
         contours = [
-            whole,
+            join.whole,
             *first.contours[:i],
             *first.contours[i + 1 :],
             *second.contours[:j],

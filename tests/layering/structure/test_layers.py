@@ -156,6 +156,20 @@ def test_a_board_on_both_sides_of_a_bar_is_one() -> None:
     check(picture(*layers), *layers)
 
 
+def test_petals_that_could_each_be_one_with_either_neighbor_stay_four() -> None:
+    petals = [np.abs(X - x) + np.abs(Y - y) <= 20 for x, y in ((48, 26), (70, 48), (48, 70), (26, 48))]
+    masks = [mask for mask, _ in found(picture(*((petal, BLUE) for petal in petals), (disc(48, 48, 8), YELLOW)))]
+    assert len(masks) == 5
+    assert all(max(overlap(mask, petal) for mask in masks) > 0.9 for petal in petals)
+
+
+def test_segments_of_a_ring_below_spots_are_one() -> None:
+    ring = disc(48, 48, 36) & ~disc(48, 48, 28)
+    spots = [(disc(48 + 32 * np.cos(a), 48 + 32 * np.sin(a), 8), YELLOW) for a in (0.3, 2.4, 4.5)]
+    masks = [mask for mask, _ in found(picture((ring, BLUE), *spots))]
+    assert len(masks) == 4 and overlap(masks[0], ring) > 0.95
+
+
 def test_white_letters_on_a_plate_are_shapes() -> None:
     letter = box(30, 24, 40, 66) | box(30, 58, 60, 66)
     layers = (box(12, 12, 84, 84), BLUE), (letter, WHITE)
