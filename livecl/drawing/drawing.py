@@ -100,12 +100,11 @@ class Drawing:
         strokes: Strokes | None = None,
         groups: Sequence[Sequence[str]] | None = None,
     ) -> None:
+        floats = checks.checked_floats
         values: dict[str, Any] = {"size": checks.checked_size(size)}
-        values["points"] = checks.checked_floats("points", points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
-        values["colors"] = checks.checked_floats("colors", colors, (-1, 4), 0.0, 1.0)
-        values["background"] = (
-            None if background is None else checks.checked_floats("background", background, (3,), 0.0, 1.0)
-        )
+        values["points"] = floats("points", points, (-1, 3, 2), -MAX_COORDINATE, MAX_COORDINATE)
+        values["colors"] = floats("colors", colors, (-1, 4), 0.0, 1.0)
+        values["background"] = None if background is None else floats("background", background, (3,), 0.0, 1.0)
         num_segments, num_layers = len(values["points"]), len(values["colors"])
         if (subpath_offsets is None) != (layer_offsets is None):
             raise ValueError("subpath_offsets and layer_offsets must be given together, or neither")
@@ -122,9 +121,7 @@ class Drawing:
         values["subpath_offsets"] = checks.checked_offsets("subpath_offsets", subpath_offsets, None, num_segments)
         num_subpaths = len(values["subpath_offsets"]) - 1
         values["layer_offsets"] = checks.checked_offsets("layer_offsets", layer_offsets, num_layers, num_subpaths)
-        values["stages"] = (
-            np.zeros(num_layers, np.int32) if stages is None else checks.checked_integers("stages", stages)
-        )
+        values["stages"] = checks.checked_integers("stages", np.zeros(num_layers) if stages is None else stages)
         if values["stages"].shape != (num_layers,):
             raise ValueError(f"stages: shape {values['stages'].shape}, wanted ({num_layers},)")
         values["names"] = ("",) * num_layers if names is None else checks.checked_names(names, num_layers)
