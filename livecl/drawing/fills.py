@@ -156,6 +156,11 @@ class Fills:
         """Return the stops of a layer, a slice of `stop_positions` and `stop_colors`."""
         return slice(int(self.stop_offsets[layer]), int(self.stop_offsets[layer + 1]))
 
+    def opacity(self, layer: int) -> float | None:
+        """Return the opacity of a layer's gradient where it is the same all over, else None."""
+        alphas = self.stop_colors[self.stops(layer), 3]
+        return float(alphas[0]) if (alphas == alphas[0]).all() else None
+
     def colors_at(self, layer: int, points: FloatArray) -> FloatArray:
         """Return the straight RGBA (n, 4) of a layer's gradient at points (n, 2), px."""
         own = self.stops(layer)
@@ -261,11 +266,15 @@ def place_of(kind: int, geometry: FloatArray, points: FloatArray) -> FloatArray:
 
 def stop_colors_at(positions: FloatArray, colors: FloatArray, t: FloatArray) -> FloatArray:
     """Return the straight RGBA (n, 4) at t (n,) of stops at places (K,) of colours (K, 4)."""
-    after = np.clip(np.searchsorted(positions, t, side="right"), 1, len(positions) - 1)
-    width = positions[after] - positions[after - 1]
-    along = (t - positions[after - 1]) / np.where(width > 0, width, 1)
-    share = np.where(width > 0, np.clip(along, 0, 1), t >= positions[after])
-    return np.asarray(colors[after - 1] + share[:, None] * (colors[after] - colors[after - 1]))
+    piece = np.clip(np.searchsorted(positions, t, side="right"), 1, len(positions) - 1) - 1
+    widths, changes = np.diff(positions), np.diff(colors, axis=0)
+    share = np.clip((t - positions[piece]) / np.where(widths > 0, widths, 1)[piece], 0, 1)
+    if not (widths > 0).all():
+        share = np.where(widths[piece] > 0, share, t >= positions[piece + 1])
+    found = changes.take(piece, axis=0)
+    found *= share[:, None]
+    found += colors.take(piece, axis=0)
+    return np.asarray(found)
 
 
 def concatenate_fills(parts: Sequence[Fills]) -> Fills:

@@ -22,7 +22,7 @@ from livecl.geometry.outlines import Outline
 from livecl.image.errors import visible_error
 from livecl.layering.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
-from livecl.layering.contributions import composited_colors, in_window, layer_alphas, paint_at_pixels
+from livecl.layering.contributions import composited_colors, in_window, layer_alphas, opacity_at_pixels
 from livecl.layering.stack import over, window_of
 from livecl.svg.outline_data import format_outline, rounded_points
 from livecl.svg.path_data import NUMBER
@@ -104,7 +104,7 @@ class _Editor:
         alphas = self._context.rasterizer.coverages(
             Drawing.from_outlines(found, drawing.colors[layer], drawing.size, drawing.background)
         )
-        alphas *= np.float32(paint_at_pixels(drawing, layer)[..., 3])
+        alphas *= opacity_at_pixels(drawing, layer)
         window = window_of(np.maximum(alphas.max(axis=0), self._alphas[layer]))
         tint = self._above[layer][window][..., None] * (in_window(self._colors[layer], window) - self._below[window])
         prices = []

@@ -8,6 +8,7 @@ most one.
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,6 +27,7 @@ VISIBLE_SHARE = 0.5
 
 FloatArray = NDArray[np.float64]
 ShareArray = NDArray[np.float32]
+Window = tuple[slice, slice]
 
 
 def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> ShareArray:
@@ -35,33 +37,60 @@ def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> Shar
     if rasterizer is None:
         rasterizer = Rasterizer(drawing.size)
     alphas = rasterizer.coverages(drawing)
-    for layer, alpha in enumerate(alphas):
-        alpha *= paint_at_pixels(drawing, layer)[..., 3].astype(np.float32)
+    for layer, (alpha, window) in enumerate(zip(alphas, _windows(drawing), strict=True)):
+        alpha *= opacity_at_pixels(drawing, layer, window)
     return alphas
 
 
-def paint_at_pixels(drawing: Drawing, layer: int) -> FloatArray:
-    """Return the straight RGBA of a layer's paint: (4,), or (H, W, 4) where a gradient fills it."""
+def opacity_at_pixels(drawing: Drawing, layer: int, window: Window | None = None) -> ShareArray:
+    """Return the opacity of a layer's paint: (), or (H, W) where a gradient of different opacities fills it.
+
+    With a window, 0 may stand outside of it.
+    """
+    fills = drawing.fills
+    if fills.kinds[layer] != SOLID and (opacity := fills.opacity(layer)) is not None:
+        return np.asarray(opacity, dtype=np.float32)
+    return paint_at_pixels(drawing, layer, window)[..., 3].astype(np.float32)
+
+
+def paint_at_pixels(drawing: Drawing, layer: int, window: Window | None = None) -> FloatArray:
+    """Return the straight RGBA of a layer's paint: (4,), or (H, W, 4) where a gradient fills it.
+
+    With a window, 0 may stand outside of it.
+    """
     if drawing.fills.kinds[layer] == SOLID:
         return np.asarray(drawing.colors[layer])
     height, width = drawing.size
-    rows, columns = np.indices((height, width), dtype=np.float64).reshape(2, -1) + 0.5
-    return drawing.fills.colors_at(layer, np.column_stack([columns, rows])).reshape(height, width, 4)
+    if window is None:
+        return drawing.fills.colors_at(layer, _centers(height, width).reshape(-1, 2)).reshape(height, width, 4)
+    found = np.zeros((height, width, 4))
+    centers = _centers(height, width)[window]
+    found[window] = drawing.fills.colors_at(layer, centers.reshape(-1, 2)).reshape(*centers.shape[:2], 4)
+    return found
 
 
-def composited_colors(drawing: Drawing) -> tuple[FloatArray, list[FloatArray]]:
+@functools.lru_cache(maxsize=1)
+def _centers(height: int, width: int) -> FloatArray:
+    """Return the centres (x, y) of pixels: (H, W, 2)."""
+    rows, columns = np.indices((height, width), dtype=np.float64) + 0.5
+    return np.stack([columns, rows], axis=-1)
+
+
+def composited_colors(drawing: Drawing, covered: bool = False) -> tuple[FloatArray, list[FloatArray]]:
     """Return the background (C,) and the colour of each layer, as they are composited.
 
-    A colour is (C,), or (H, W, C) where a gradient fills the layer. Over a background C is 3. Without one it is 4,
-    premultiplied RGBA: nothing lies beneath, and a paint has alpha 1, as its opacity goes into the layer's alpha.
+    A colour is (C,), or (H, W, C) where a gradient fills the layer; with `covered`, only where the layer can cover
+    pixels. Over a background C is 3. Without one it is 4, premultiplied RGBA: nothing lies beneath, and a paint has
+    alpha 1, as its opacity goes into the layer's alpha.
     """
-    paints = [paint_at_pixels(drawing, layer) for layer in range(drawing.num_layers)]
+    windows = _windows(drawing) if covered and drawing.fills.any_gradients else [None] * drawing.num_layers
+    paints = [paint_at_pixels(drawing, layer, window) for layer, window in enumerate(windows)]
     if drawing.background is not None:
         return drawing.background, [paint[..., :3] for paint in paints]
     return np.zeros(4), [np.concatenate([paint[..., :3], np.ones_like(paint[..., 3:])], axis=-1) for paint in paints]
 
 
-def in_window(color: NDArray[Any], window: tuple[slice, slice]) -> NDArray[Any]:
+def in_window(color: NDArray[Any], window: Window) -> NDArray[Any]:
     """Return a layer's colour within a window: (C,) as it is, (H, W, C) cut out."""
     return color if color.ndim == 1 else color[window]
 
@@ -88,7 +117,7 @@ def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, see
     target = checked_target(drawing, target)
     shares = visible_shares(alphas)
     windows = _windows(drawing)
-    ground, colors = composited_colors(drawing)
+    ground, colors = composited_colors(drawing, covered=True)
     below = np.broadcast_to(ground, target.shape).copy()
     changes_of_image = []
     for layer, window in enumerate(windows):
@@ -107,7 +136,7 @@ def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, see
     )
 
 
-def _windows(drawing: Drawing) -> list[tuple[slice, slice]]:
+def _windows(drawing: Drawing) -> list[Window]:
     """Rows and columns of the pixels that each layer can cover."""
     height, width = drawing.size
     low, high = np.split(layer_boxes(drawing), 2, axis=1)

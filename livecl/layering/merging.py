@@ -20,7 +20,7 @@ from livecl.layering.contributions import (
     composited_colors,
     in_window,
     layer_alphas,
-    paint_at_pixels,
+    opacity_at_pixels,
     visible_shares,
 )
 from livecl.layering.neighbors import flat_regions, mergeable_pairs
@@ -127,7 +127,7 @@ def _best(context: Context, drawing: Drawing, alphas: NDArray[Any], pair: tuple[
     outlines = [both, *fitted_outlines(mask, context.options)[::FIT_STEP]]
     fill, fills = drawing.colors[larger], drawing.fills.subset([larger])
     candidates = Drawing.from_outlines(outlines, (0, 0, 0, 1), drawing.size)
-    opacity = paint_at_pixels(drawing, larger)[..., 3].astype(np.float32)
+    opacity = opacity_at_pixels(drawing, larger)
     covered = opacity * context.rasterizer.coverages(candidates)
     window = window_of(np.maximum.reduce([alphas[lower], alphas[upper], *covered]))
     ground, colors = composited_colors(drawing)

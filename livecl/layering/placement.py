@@ -89,7 +89,7 @@ def place_paths(
         )
     image = context.rasterizer.forward(drawing)
     if options.placement == "region":
-        ground, colors = composited_colors(drawing)
+        ground, colors = composited_colors(drawing, covered=True)
         follow = drawing.background is None and options.opacity != "opaque"
         stack = LayerStack(ground, layer_alphas(drawing, context.rasterizer), colors, image)
         painting = Painting(target, stack, follow)

@@ -126,7 +126,7 @@ class Revise:
     merging_loss : float
         Rise of the mean squared error that merges may cost: the path that each sets free may be worth more.
     max_failures : int
-        Revisions in a row that may fail before the run ends.
+        Revisions in a row that may fail before the run ends: one with merges and one without.
 
     Notes
     -----
@@ -138,7 +138,7 @@ class Revise:
     share: ClassVar[int] = 16
     min_improvement: ClassVar[float] = 0.002
     merging_loss: ClassVar[float] = 1e-4
-    max_failures: ClassVar[int] = 3
+    max_failures: ClassVar[int] = 2
     kind: ClassVar[Kind] = "revise"
 
     def begin(self, run: Work) -> bool:

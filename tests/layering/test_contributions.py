@@ -14,6 +14,7 @@ from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.image.errors import mse
 from livecl.layering.contributions import composited_colors, layer_alphas, removal_changes, visible_shares
 from livecl.layering.stack import LayerStack
+from livecl.rendering.rasterizer import Rasterizer
 from livecl.rendering.single import render
 
 SIZE = (12, 16)
@@ -90,3 +91,22 @@ def test_removal_changes_of_hidden_and_outside_layers_are_zero() -> None:
     changes = removal_changes(drawing, layer_alphas(drawing), render(drawing))
     assert changes[[0, 2, 3]] == pytest.approx(0, abs=1e-12)
     assert changes[1] > 0.1
+
+
+@pytest.mark.parametrize("background", [(1.0, 1.0, 1.0), None])
+def test_gradients_that_are_looked_at_where_layers_cover_are_as_elsewhere(background: ArrayLike | None) -> None:
+    drawing = drawn((rectangle(2, 1, 8, 11), RED), (rectangle(4, 3, 13, 9), BLUE), background=background)
+    drawing = drawing.replace(fills=shaded_fills(2))
+    everywhere, covered = composited_colors(drawing)[1], composited_colors(drawing, covered=True)[1]
+    coverages = Rasterizer(SIZE).coverages(drawing)
+    for layer, (whole, part, coverage) in enumerate(zip(everywhere, covered, coverages, strict=True)):
+        assert (part[coverage > 0] == whole[coverage > 0]).all() and not part[0, 0, :3].any()
+        opacities = drawing.fills.colors_at(layer, np.argwhere(coverage > 0)[:, ::-1] + 0.5)[:, 3]
+        assert layer_alphas(drawing)[layer][coverage > 0] == pytest.approx(opacities * coverage[coverage > 0], rel=EPS)
+
+
+def test_one_opacity_of_all_stops_is_that_of_the_gradient() -> None:
+    ends = [(0.9, 0.1, 0.2, 0.4), (0.1, 0.8, 0.3, 0.4)]
+    drawing = drawn((rectangle(2, 1, 8, 11), RED)).replace(fills=Fills.linear((2, 3), (17, 12), ends))
+    assert drawing.fills.opacity(0) == 0.4 and shaded_fills(1).opacity(0) is None
+    assert layer_alphas(drawing)[0] == pytest.approx(Rasterizer(SIZE).coverages(drawing)[0] * np.float32(0.4))

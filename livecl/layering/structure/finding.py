@@ -19,7 +19,7 @@ from livecl.layering.structure.flat import SAME_COLOR, FlatRegions, flat_regions
 from livecl.layering.structure.layers import Layer, find_layers
 from livecl.layering.structure.noise import noise_level
 from livecl.layering.structure.parts import with_parts
-from livecl.layering.structure.smooth import SmoothRegions, smooth_regions
+from livecl.layering.structure.smooth import SmoothRegions, smooth_regions, smoothness
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -27,7 +27,8 @@ BoolArray = NDArray[np.bool_]
 
 #: Share of the pixels that regions of some size must explain for a picture to count as flat, and that size, px.
 FLAT_SHARE, LARGE_REGION = 0.97, 16
-#: Share of its pixels that flat cores must hold: else it is not looked at any further.
+#: Share of its pixels that flat cores must hold, or smooth ones: else it is not looked at any further. Pictures of
+#: gradients have .64 and more in smooth ones, photographs .27 at most.
 CORE_SHARE = 0.5
 #: Largest share of neighbouring pixels that differ a little, as on slopes of shading.
 MOST_SLOPES = 0.02
@@ -242,7 +243,7 @@ def _explaining(
             if explaining is not None:
                 return explaining
     share, slopes, cores = flatness(pixels)
-    if shading is not None and slopes > SOME_SLOPES:
+    if shading is not None and slopes > SOME_SLOPES and smoothness(pixels) >= CORE_SHARE:
         regions = smooth_regions(pixels, shading.price_in(pixels[..., 0].size), shading.kinds)
         if _many_explained(regions):
             found = _structure_of(regions, np.array(ground), check)

@@ -154,6 +154,11 @@ class SmoothRegions(FlatRegions):
         return self.error(one | other) - apart
 
 
+def smoothness(image: NDArray[np.floating]) -> float:
+    """Return the share of the pixels of a picture (H, W, C) in smooth cores: quickly."""
+    return float(np.mean(_cores(np.asarray(image, dtype=np.float64)) > 0))
+
+
 def smooth_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, ...]) -> SmoothRegions:
     """Cut a picture (H, W, C) into regions of one fill each with resolved borders."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)

@@ -100,3 +100,11 @@ def test_flat_pictures_have_no_gradients() -> None:
     assert found is not None
     assert not found.shaded
     assert {int(found.fills_of(k).kinds[0]) for k in found.ranked} == {SOLID}
+
+
+def test_regions_are_not_cut_out_of_what_is_nowhere_smooth(monkeypatch: pytest.MonkeyPatch) -> None:
+    grain = np.random.default_rng(0).uniform(-0.03, 0.03, (64, 64, 3))
+    photograph = (np.linspace(0.2, 0.8, 64)[None, :, None] + grain).astype(np.float32)
+    monkeypatch.setattr(finding, "noise_level", lambda pixels: 0.0)
+    monkeypatch.setattr(finding, "smooth_regions", lambda *arguments: pytest.fail("it takes long"))
+    assert found_structure(photograph, WHITE, MANY, SHADING) is None
