@@ -123,6 +123,12 @@ def _add_files(add: Adder) -> None:
         metavar="LAYER",
         help="keep a layer of --start as it is: its number, counted from 0, its name or colour; may be repeated",
     )
+    add(
+        "--masks",
+        metavar="DIR|LABELS",
+        help="masks of the things in the picture: a folder of pictures, white inside, or one picture with a value or "
+        "colour for each; each mask becomes a group, with --paths paths at most (default: as many as gain enough)",
+    )
     for output in OUTPUTS:
         add(f"--{output.name}", metavar=output.metavar, help=output.help)
     add(

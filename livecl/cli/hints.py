@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 
 def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
     """Return what to try if a drawing is far from its picture, (H, W, 3) or (H, W, 4), else ""."""
-    if result.stopped is not None or not result.mse >= VISIBLE:
+    if result.stopped is not None or not result.mse >= VISIBLE or recipe.masks is not None:
         return ""
     if recipe.options.fills == "solid" and smooth_share(image) >= SMOOTH_SHARE:
         return "the picture is smoothly shaded, and each path has one colour: try --fills auto"

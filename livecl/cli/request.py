@@ -21,6 +21,7 @@ from livecl.cli.method import given_options
 from livecl.cli.outputs import OUTPUTS, STANDARD, Output, check_outputs
 from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.drawing import Drawing
+from livecl.image.masks import read_masks
 from livecl.image.reading import read_image
 from livecl.options import PRESET_PATHS
 from livecl.run.checkpoint import is_checkpoint
@@ -94,6 +95,8 @@ def checked(arguments: argparse.Namespace) -> Job | BatchJob:
     image = _checked_image(source)
     chosen = [(kind, Path(path)) for kind in OUTPUTS if (path := getattr(arguments, kind.name)) is not None]
     recipe.start_on((image.shape[0], image.shape[1]))
+    if recipe.masks is not None:
+        recipe.masks.on((image.shape[0], image.shape[1]), (1, 1))
     control = _control_of(arguments)
     check_outputs(source, arguments.output, chosen, len(recipe.stages), control.checkpoint)
     choose_device(arguments.device)
@@ -131,6 +134,7 @@ def recipe_of(arguments: argparse.Namespace) -> Recipe:
         swatches=arguments.swatches,
         start=start,
         lock=_locked(start, arguments.lock or ()),
+        masks=None if arguments.masks is None else read_masks(arguments.masks),
     )
 
 
@@ -211,6 +215,8 @@ def _checked_batch(arguments: argparse.Namespace, recipe: Recipe) -> BatchJob:
         if getattr(arguments, name):
             option = name.replace("_", "-")
             raise ValueError(f"--{option}: goes with one picture; a folder of SVGs goes on by itself where it was left")
+    if recipe.masks is not None:
+        raise ValueError("--masks: goes with one picture, and there are several, or a folder")
     work = Work(recipe, arguments.device, arguments.time_limit)
     workers = Workers(arguments.workers, arguments.threads or 1, arguments.scheduler)
     batch = Batch(arguments.inputs, arguments.output, work, workers, skip_done=not arguments.redo)

@@ -31,6 +31,8 @@ class Beginning:
     ----------
     paths, schedule, options, seed, start, lock
         As for :func:`livecl.vectorize`; `start` of the picture's size.
+    hidden : (M, 3) array of bool, optional
+        Control points of `start` that no pixel decides on: they stay.
 
     Raises
     ------
@@ -44,6 +46,7 @@ class Beginning:
     seed: int = 0
     start: Drawing | None = None
     lock: Sequence[int] = ()
+    hidden: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         if self.paths == "auto":
@@ -81,7 +84,9 @@ class Beginning:
         except (IndexError, TypeError, ValueError):
             raise ValueError(f"lock: got {self.lock!r}, wanted {wanted}") from None
         options = dataclasses.replace(options, placement="region") if options.placement == "structure" else options
-        return Progress.start(drawing, options, (0, *stages) if refines else stages, self.seed, locked)
+        progress = Progress.start(drawing, options, (0, *stages) if refines else stages, self.seed, locked)
+        progress.state.hidden = self.hidden
+        return progress
 
     def _stages(self, options: Options) -> tuple[int, ...]:
         """Return the paths of each stage: by the picture where none are named and each is judged by its gain."""

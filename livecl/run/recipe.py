@@ -5,27 +5,26 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import itertools
 import json
 import reprlib
 from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, get_args
-
-import numpy as np
 
 from livecl.drawing.checks import python_number
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
 from livecl.errors import check_type
 from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.options import WANTED_OPTIONS, Options
+from livecl.run.enlarging import enlarged_drawing
 from livecl.run.hints import with_hints
 from livecl.schedule import MAX_AUTO_PATHS, growing_schedule, parse_schedule
 from livecl.svg.groups import GroupKind
 from livecl.svg.outline_data import MAX_PRECISION
-from livecl.svg.writer import LayerStyle, format_svg, primitives, quantize
+from livecl.svg.writer import LayerStyle, format_svg, quantize
 from livecl.version import __version__
 
 if TYPE_CHECKING:
+    from livecl.image.masks import Masks
     from livecl.image.reading import Picture
     from livecl.run.callbacks import OnStep
     from livecl.run.control import Control
@@ -70,6 +69,9 @@ class Recipe:
         Drawing to start from, stretched to the picture's canvas, which must have the same proportions.
     lock : sequence of int
         Layers of `start` that stay as they are.
+    masks : Masks, optional
+        Masks of things, of the picture's size: each becomes a group of a path along the mask and of those within it,
+        `paths` at most.
 
     Raises
     ------
@@ -88,6 +90,7 @@ class Recipe:
     swatches: bool = False
     start: Drawing | None = None
     lock: Sequence[int] = ()
+    masks: Masks | None = None
 
     def __post_init__(self) -> None:
         for name in ("paths", "seed", "size", "precision"):
@@ -105,6 +108,8 @@ class Recipe:
             raise ValueError(f"layers: got {reprlib.repr(self.layers)}, wanted {' or '.join(map(repr, LAYER_STYLES))}")
         if self.groups not in GROUP_KINDS:
             raise ValueError(f"groups: got {reprlib.repr(self.groups)}, wanted {' or '.join(map(repr, GROUP_KINDS))}")
+        if self.masks is not None and (self.start is not None or self.schedule is not None):
+            raise ValueError(f"masks: go without {'schedule' if self.start is None else 'start'}")
         if self.start is None and isinstance(self.lock, Collection) and len(self.lock):
             raise ValueError("lock: names layers of a drawing; give the drawing as start")
         num_layers = 0 if self.start is None else self.start.num_layers
@@ -121,12 +126,14 @@ class Recipe:
 
         Not where layers are kept whatever they are worth (`Options.prune` 0, as in the paper).
         """
-        nothing_said = self.paths is None and self.schedule is None
+        nothing_said = self.paths is None and self.schedule is None and self.masks is None
         return nothing_said and (self.start is None or not self.start.num_layers) and self.options.prune > 0
 
     @property
     def stages(self) -> tuple[int, ...]:
-        """Paths that each stage adds; a first stage that refines `start` adds none."""
+        """Paths that each stage adds; a first stage that refines `start`, or what masks give, adds none."""
+        if self.masks is not None:
+            return (0,)
         if self.chooses_paths:
             return growing_schedule(MAX_AUTO_PATHS)  # at most; fewer where the picture is not flat
         if self.start is None or not self.start.num_layers:
@@ -150,6 +157,7 @@ class Recipe:
             "swatches": self.swatches,
             "start": None if self.start is None else format_svg(self.start, MAX_PRECISION),
             "lock": sorted(map(int, self.lock)),
+            "masks": None if self.masks is None else self.masks.digest,
         }
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
@@ -209,8 +217,14 @@ class Recipe:
             lock=self.lock,
         )
 
+        if self.masks is not None:
+            from livecl.run.guiding import Guided
+
+            guided = Guided(target, self.masks.on(size, smaller), self.masks.names, beginning)
+            beginning = guided.start(device, control)
+
         def finished(stage: Stage, measured: bool) -> Stage:
-            drawing = quantize(_enlarged(stage.drawing, size, start, self.lock), self.precision)
+            drawing = quantize(enlarged_drawing(stage.drawing, size, start, self.lock), self.precision)
             if self.precision >= VECTORIZED_PRECISION or not measured:
                 return dataclasses.replace(stage, drawing=drawing)
             ground = WHITE if self.options.background == TRAIN else drawing.background
@@ -312,29 +326,3 @@ def vectorize(
         lock=lock,
     )
     return recipe.vectorize(image, device, on_step, control)
-
-
-def _enlarged(drawing: Drawing, size: tuple[int, int], start: Drawing | None, lock: Sequence[int]) -> Drawing:
-    """Return a drawing on the picture's canvas, the locked layers of `start` with the very points that they have there.
-
-    Scaled down, rounded and scaled up again, these would differ from them.
-    """
-    enlarged = scaled(drawing, size)
-    if enlarged is drawing:
-        return enlarged
-    points = enlarged.points.copy()
-    factors = np.array(size[::-1]) / drawing.size[::-1]
-    for layer, shape in primitives(drawing, MAX_PRECISION).items():  # the two factors differ a little
-        larger = shape.scaled(factors)
-        own = slice(*drawing.segment_offsets[layer : layer + 2])
-        if larger is not None and larger.points.shape == points[own].shape:
-            points[own] = larger.points
-    if start is None:
-        return enlarged.replace(points=points)
-    smaller = quantize(scaled(start, drawing.size))
-    for layer in lock:
-        own = slice(*smaller.segment_offsets[layer : layer + 2])
-        for first, end in itertools.pairwise(drawing.segment_offsets):
-            if np.array_equal(drawing.points[first:end], smaller.points[own]):
-                points[first:end] = start.points[own]
-    return enlarged.replace(points=points)

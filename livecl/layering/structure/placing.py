@@ -61,21 +61,33 @@ class NextLayers:
     top: NDArray[np.int64]
 
     def hidden_points(self, drawing: Drawing) -> NDArray[np.bool_]:
-        """Return the control points (M, 3) of a drawing that no pixel decides on: their curves run below others there.
+        """Return the control points (M, 3) of a drawing of these layers that no pixel decides on."""
+        return hidden_points(drawing, self.numbers, self.top)
 
-        A control point is seen where its share of a visible point of its curve (its Bernstein weight) is large enough.
-        """
-        lowest = ndimage.minimum_filter(self.top, footprint=ndimage.generate_binary_structure(2, 1))
-        at = np.linspace(0, 1, SAMPLES)
-        weights = bernstein(at)  # (SAMPLES, 4)
-        samples = np.floor(weights @ drawing.cubics).astype(np.int64)
-        height, width = self.top.shape
-        rows, columns = np.clip(samples[..., 1], 0, height - 1), np.clip(samples[..., 0], 0, width - 1)
-        shown = lowest[rows, columns] <= self.numbers[drawing.segment_layers][:, None] + 1  # (M, SAMPLES)
-        seen = (shown[..., None] & (weights >= LEAST_SHARE)).any(axis=1)  # (M, 4)
-        points = seen[:, :3].copy()
-        points[drawing.next_segments, 0] |= seen[:, 3]
-        return ~points
+
+def hidden_points(drawing: Drawing, numbers: NDArray[np.intp], top: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return the control points (M, 3) of a drawing that no pixel decides on: their curves run below others there.
+
+    A control point is seen where its share of a visible point of its curve (its Bernstein weight) is large enough.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Layers, with their `numbers` (N,) in paint order.
+    top : (H, W) int
+        Number of the layer that shows at each pixel, and 1 more; 0 where none does.
+    """
+    lowest = ndimage.minimum_filter(top, footprint=ndimage.generate_binary_structure(2, 1))
+    at = np.linspace(0, 1, SAMPLES)
+    weights = bernstein(at)  # (SAMPLES, 4)
+    samples = np.floor(weights @ drawing.cubics).astype(np.int64)
+    height, width = top.shape
+    rows, columns = np.clip(samples[..., 1], 0, height - 1), np.clip(samples[..., 0], 0, width - 1)
+    shown = lowest[rows, columns] <= numbers[drawing.segment_layers][:, None] + 1  # (M, SAMPLES)
+    seen = (shown[..., None] & (weights >= LEAST_SHARE)).any(axis=1)  # (M, 4)
+    points = seen[:, :3].copy()
+    points[drawing.next_segments, 0] |= seen[:, 3]
+    return ~points
 
 
 def structured(
