@@ -67,7 +67,8 @@ class Options:
     )
     holes: bool = _option(
         True,
-        "Cut the holes of a region out of its path, as further subpaths, where that lowers the error",
+        "Cut the holes of a region out of its path, as further subpaths, where that lowers the error; without, those "
+        "alone that show the ground",
     )
     settle: float = _option(
         0.1,

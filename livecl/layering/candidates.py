@@ -18,6 +18,7 @@ from livecl.layering.amodal import completed
 from livecl.layering.components import Place
 from livecl.layering.context import Context
 from livecl.layering.masks import border, holes, without_holes
+from livecl.layering.neighbors import SAME_COLOR
 from livecl.layering.painting import Painting, Trial
 from livecl.layering.regions import Region, RegionFinder
 from livecl.layering.stack import WHOLE, Window, meet, window_of
@@ -30,6 +31,8 @@ BoolArray = NDArray[np.bool_]
 SMALL_REGION = 12
 #: Price of a segment, as squared error: half of a pixel that is wrong in one channel.
 SEGMENT_ERROR = 0.5
+#: Share of the ground that is seen where no layer lies on it.
+BARE = 0.9
 #: Alpha under which a region counts as clear, as no paint makes a picture clearer: 5 levels of 255.
 CLEAR = 0.02
 
@@ -232,10 +235,11 @@ class _Judge:
             fills.append(paint_over(self._stack.image[window][pixels].mean(axis=0), region.color))
         filled = without_holes(pixels)
         masks = [(window, filled)]
-        if self._options.holes and self._options.shape == "outline":
+        if self._options.shape == "outline":
             opened = self._opened(window, pixels, filled, region.color)
             if opened is not None:
                 masks.append((window, opened))
+        if self._options.holes and self._options.shape == "outline":
             completion = completed(whole, region.alike, self._stack.hidden)
             reach = completion.reach
             if completion.mask is not None:
@@ -249,12 +253,17 @@ class _Judge:
         return tried
 
     def _opened(self, window: Window, mask: BoolArray, filled: BoolArray, color: FloatArray) -> BoolArray | None:
-        """Return the region with those holes in which the picture is better as it is; None if there are none."""
+        """Return the region with those holes in which the picture is better as it is; None if there are none.
+
+        Without `Options.holes` these are the holes that show the ground and nothing else, as in a ring.
+        """
         target, error = self._painting.target[window], self._error[window]
+        bare = self._stack.transmittances[0][window]
         opened = []
         for hole in holes(mask, SMALL_REGION)[: SEARCH.holes]:
             painted = np.square(visible_error(target[hole] - color)).sum()
-            if error[hole].sum() < painted:
+            shows_ground = bare[hole].min() > BARE and np.median(error[hole]) <= SAME_COLOR**2
+            if error[hole].sum() < painted and (self._options.holes or shows_ground):
                 opened.append(hole)
         return filled & ~np.logical_or.reduce(opened) if opened else None
 

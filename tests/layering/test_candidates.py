@@ -168,8 +168,17 @@ def test_only_holes_that_are_better_as_they_are_stay_open(place: Placer) -> None
     first = place(target, 1, Options(placement="region"))
     coverage = place.alphas(first)[0]
     assert coverage[12:18, 12:18].max() < 0.1 and coverage[30:36, 30:36].min() > 0.9
-    filled = place(target, 1, Options(placement="region", holes=False))
-    assert place.alphas(filled)[0][12:18, 12:18].min() > 0.9
+    without = place(target, 1, Options(placement="region", holes=False))
+    assert place.alphas(without)[0][12:18, 12:18].max() < 0.1  # where it shows the ground
+
+
+def test_without_holes_a_hole_is_filled_that_shows_anything_but_the_ground(place: Placer) -> None:
+    target = np.ones((48, 48, 3))
+    target[4:44, 4:44] = RED
+    target[10:30, 10:30] = (1.0, 0.8, 0.8)
+    for holes in (True, False):
+        first = place(target, 1, Options(placement="region", holes=holes))
+        assert (place.alphas(first)[0][12:28, 12:28].max() < 0.1) == holes
 
 
 def _judge(

@@ -33,7 +33,7 @@ def discs(*about: tuple[float, float, float, tuple[float, float, float]]) -> Ima
 
 
 RED, BLUE = (0.8, 0.2, 0.1), (0.1, 0.2, 0.8)
-RING = discs((12, 12, 9, RED), (12, 12, 5, (1, 1, 1)))
+RING = discs((12, 12, 9, RED), (12, 12, 5, (1, 0.85, 0.85)))
 TARGET = discs((12, 12, 10, RED), (12, 12, 7, BLUE))
 #: A ground that turns from red to blue, from the left to the right.
 RAMP = np.broadcast_to(np.linspace(RED, BLUE, 24), (24, 24, 3)).copy()
