@@ -50,7 +50,7 @@ MOST_FAILURES, MOST_RISE, TRIAL_STEPS = 3, 20.0, 3
 CURVE_NUMBERS = 5
 
 
-def trace(points: FloatArray, noise: float, prices: TracingPrices = PRICES) -> FloatArray:
+def trace(points: FloatArray, noise: float, prices: TracingPrices = PRICES, waves: float = 0.0) -> FloatArray:
     """Return the closed path (s, 3, 2) along a polyline (n, 2), px, at steps of about 1 px, of the smallest price.
 
     Loops are cut out where it crosses itself; where that would take away more, segments get cheaper, so that it follows
@@ -64,9 +64,11 @@ def trace(points: FloatArray, noise: float, prices: TracingPrices = PRICES) -> F
         Standard deviation of the points across the outline, px.
     prices : TracingPrices
         What is paid for.
+    waves : float
+        The same at long waves, which curves follow, where it is larger (:func:`noise_of` with a width): its price.
     """
     outline = find_corners(points, noise)
-    price = prices.segment + prices.noise * noise**2
+    price = prices.segment + prices.noise * max(noise, waves) ** 2
     cubics = _cheapest(points, outline, SegmentPrices(line=price, curve=prices.curve * price))
     if crossing_area(cubics) <= CROSSING_AREA:
         return np.asarray(cubics[:, :3])

@@ -70,6 +70,22 @@ def test_the_smallest_polylines_are_circles(count: int) -> None:
     assert len(path) == 4 and signed_area(cubics_of(path)) == pytest.approx(area, rel=1e-3)
 
 
+def test_noise_at_long_waves_counts_neighbours_that_deviate_alike() -> None:
+    angles = 2 * np.pi * np.arange(1600) / 1600
+    circle = 1600 / (2 * np.pi) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    random = np.random.default_rng(2).normal(size=1600)
+    alone, together = 0.1 * random, 0.1 * np.repeat(random[:400], 4)
+    noisy = [circle * (1 + deviation / 255)[:, None] for deviation in (alone, together)]
+    # 400 third differences, neighbours correlated: the median is right to about a tenth.
+    assert noise_of(noisy[:1], 4) == pytest.approx(0.1, rel=0.2)
+    # Four neighbours that deviate alike are one number: its variance counts four times.
+    assert noise_of(noisy[1:], 4) == pytest.approx(0.2, rel=0.2)
+    assert noise_of(noisy[1:]) < 0.08
+    wavy = noisy[1] * (1 + 0.1 * np.sin(3 * angles))[:, None]
+    paths = [len(trace(wavy, noise_of([wavy]), waves=waves)) for waves in (0.0, noise_of([wavy], 4))]
+    assert paths[1] < paths[0]
+
+
 def test_noise_is_measured_beside_corners() -> None:
     side = np.linspace(0, 40, 40, endpoint=False)
     zero, full = np.zeros(40), np.full(40, 40.0)

@@ -92,6 +92,18 @@ class FlatRegions:
         """What :meth:`near` returned for the colours of regions that were asked for."""
         return {}
 
+    @functools.cached_property
+    def border_noise(self) -> float:
+        """Standard deviation of the borders, px: the noise over the contrast of two sides, its median."""
+        steps = [
+            (self.colors[a] - self.colors[b])[a != b]
+            for a, b in ((self.labels[1:], self.labels[:-1]), (self.labels[:, 1:], self.labels[:, :-1]))
+        ]
+        contrasts = np.abs(np.concatenate(steps)).max(axis=-1)
+        return (
+            float(self.noise / max(float(np.median(contrasts)), self.noise)) if self.noise and len(contrasts) else 0.0
+        )
+
     def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
         """Return by how much the error rises where one fill stands for some regions and others: 0 or infinite."""
         return 0.0 if all(self.alike(a, b) for a in one for b in other) else np.inf

@@ -21,11 +21,13 @@ from livecl.geometry.bezier import bernstein
 from livecl.geometry.corners import noise_of
 from livecl.geometry.tracing import trace
 from livecl.layering.ramps import Shading
-from livecl.layering.structure.finding import found_structure, structure_of
+from livecl.layering.structure.finding import Structure, found_structure, structure_of
 from livecl.layering.structure.layers import Layer
 
 FloatArray = NDArray[np.float64]
 
+#: Points of an outline that are averaged to find its noise at longer waves: JPEG has blocks of 8 px, half a wave is 4.
+WIDTHS = (2, 4)
 #: Points at which a segment is looked at, and the share of a point from which on a control point decides on it.
 SAMPLES, LEAST_SHARE = 9, 0.2
 
@@ -131,11 +133,11 @@ def place_structure(
     placed, new = found.ranked[: drawing.num_layers], found.ranked[drawing.num_layers : last]
     if not len(new) or len(placed) < drawing.num_layers:
         return None
-    noise = noise_of([points for layer in found.layers for points in layer.outlines])
+    noise = outline_noise(found)
     outlines = []
     for k in new:
         check()
-        outlines.append(fitted_layer(found.layers[k], noise))
+        outlines.append(fitted_layer(found.layers[k], *noise))
     order = np.argsort(np.concatenate([np.sort(placed), new]), kind="stable")
     missing = ndimage.binary_dilation(np.isin(found.top, found.ranked[last:] + 1), np.ones((5, 5)))
     colors = np.array([found.layers[k].color for k in new])
@@ -144,6 +146,19 @@ def place_structure(
     return NextLayers(outlines, colors, fills, order, (~missing).astype(np.float32), numbers, found.top)
 
 
-def fitted_layer(layer: Layer, noise: float) -> list[FloatArray]:
-    """Return the outlines of a layer as closed cubic paths (s, 3, 2); `noise` is that of its points, px."""
-    return [trace(points, noise) for points in layer.outlines]
+def outline_noise(found: Structure) -> tuple[float, float]:
+    """Return the noise of the outlines of a structure, standard deviation of their points, px; and that at long waves.
+
+    The second is that of a noisy picture, at the waves at which it is largest; and not less than the coverages of
+    borders tell, which err by the picture's noise over the contrast of the two sides.
+    """
+    polylines = [points for layer in found.layers for points in layer.outlines]
+    noise, waves = noise_of(polylines), 0.0
+    if found.regions.noise:
+        waves = max(*(noise_of(polylines, width) for width in WIDTHS), found.regions.border_noise)
+    return noise, waves
+
+
+def fitted_layer(layer: Layer, noise: float, waves: float = 0.0) -> list[FloatArray]:
+    """Return the outlines of a layer as closed cubic paths (s, 3, 2); its noise is that of its points, px."""
+    return [trace(points, noise, waves=waves) for points in layer.outlines]

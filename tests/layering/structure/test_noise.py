@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 from collections.abc import Callable
 
@@ -11,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+from livecl.drawing.assembly import empty_drawing
 from livecl.layering.structure import placing
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.flat import flat_regions
@@ -33,6 +35,16 @@ def flat() -> FloatArray:
     ring = np.hypot(x - 96, y - 34)
     image[(ring < 24) & (ring > 16)] = (0.1, 0.25, 0.7)
     image[np.hypot(x - 100, y - 112) < 9] = (0.98, 0.8, 0.3)
+    return np.asarray(np.round(255 * image.reshape(SIZE, 4, SIZE, 4, 3).mean(axis=(1, 3))) / 255)
+
+
+def wavy() -> FloatArray:
+    """A disc on a shape of five bays, anti-aliased."""
+    at = (np.arange(4 * SIZE) + 0.5) / 4
+    x, y = np.meshgrid(at - 64, at - 62)
+    image = np.ones((4 * SIZE, 4 * SIZE, 3))
+    image[np.hypot(x, y) < 46 + 9 * np.sin(5 * np.arctan2(y, x))] = (0.85, 0.2, 0.25)
+    image[np.hypot(x, y - 8) < 16] = (0.98, 0.8, 0.3)
     return np.asarray(np.round(255 * image.reshape(SIZE, 4, SIZE, 4, 3).mean(axis=(1, 3))) / 255)
 
 
@@ -77,6 +89,29 @@ def test_noise_buys_no_layers(spoil: Callable[[FloatArray], FloatArray]) -> None
     one_color = RADIUS + RADIUS_OF_NOISE * regions.noise
     assert all(min(np.abs(layer.color - other.color).max() for other in clean) <= one_color for layer in layers)
     assert placing.structured(image.astype(np.float32), WHITE, 4, None)
+
+
+@pytest.mark.parametrize("spoil", [noisy, jpeg])
+def test_noise_buys_no_nodes(spoil: Callable[[FloatArray], FloatArray]) -> None:
+    numbers = []
+    for image in (wavy(), spoil(wavy())):
+        drawing = empty_drawing((SIZE, SIZE), WHITE)
+        layers = placing.place_structure(image.astype(np.float32), drawing, 4, 4)
+        assert layers is not None
+        numbers.append(max(len(path) for outlines in layers.outlines for path in outlines))
+    assert numbers[1] <= numbers[0]
+
+
+def test_borders_err_by_the_noise_over_their_contrast() -> None:
+    regions = flat_regions(flat())
+    assert regions.border_noise == 0
+    two = dataclasses.replace(
+        regions,
+        labels=np.array([[0, 1], [0, 1]]),
+        colors=np.array([[0.2, 0.5, 0.5], [0.6, 0.4, 0.5]]),
+        noise=0.02,
+    )
+    assert two.border_noise == pytest.approx(0.02 / 0.4)
 
 
 @pytest.mark.parametrize("spoil", [noisy, jpeg])
