@@ -12,12 +12,16 @@ from livecl.cli.common import Parser, number, whole
 from livecl.cli.config import read_config
 from livecl.cli.method import add_method
 from livecl.cli.outputs import OUTPUTS
+from livecl.editing.cutout import DEFAULT_TRAP
 from livecl.image.resizing import DEFAULT_SIZE
 from livecl.options import PRESET_PATHS, PRESETS
 from livecl.run.recipe import GROUP_KINDS, LAYER_STYLES
 from livecl.schedule import MAX_DEFAULT_PATHS
+from livecl.svg import LayerStyle
 from livecl.version import __version__
 
+#: How layers lie: whole shapes over each other, or cut by those above.
+ARRANGEMENTS = ("stacked", "cutout")
 DESCRIPTION = "Turn a picture, or many, into layered SVGs of few closed Bézier paths."
 EPILOG = """\
 examples:
@@ -169,9 +173,19 @@ def _add_drawing(add: Adder) -> None:
     add("--precision", type=int, choices=range(10), default=3, metavar="N", help="decimals of coordinates (default: 3)")
     add(
         "--layers",
-        choices=LAYER_STYLES,
+        type=_layers,
         default=LAYER_STYLES[0],
-        help="layers as Inkscape shows them, with names and groups, or plain SVG (default: inkscape)",
+        metavar="HOW",
+        help="inkscape, with names and groups as Inkscape shows them, or plain SVG; stacked, whole shapes over each "
+        "other, or cutout, cut by those above for cutters and print; also both, as plain,cutout (default: "
+        "inkscape,stacked)",
+    )
+    add(
+        "--trap",
+        type=number(0, " of pixels"),
+        default=DEFAULT_TRAP,
+        metavar="PX",
+        help=f"how far cut layers go on below those above them (default: {DEFAULT_TRAP:g})",
     )
     add(
         "--groups",
@@ -236,6 +250,26 @@ def _paths(text: str) -> int | str:
 
 def _size(text: str) -> int:
     return 0 if text == "full" else whole(0)(text)
+
+
+def _layers(text: str) -> str:
+    """Return how layers are written, as given, if it is one of a style and one of an arrangement at most."""
+    words = [word.strip() for word in text.split(",")]
+    if not set(words) <= {*LAYER_STYLES, *ARRANGEMENTS} or max(map(len, _split(words))) > 1:
+        raise argparse.ArgumentTypeError(
+            f"got {text!r}, wanted {' or '.join(LAYER_STYLES)}, {' or '.join(ARRANGEMENTS)}, or both, as plain,cutout"
+        )
+    return ",".join(words)
+
+
+def layers_of(text: str) -> tuple[LayerStyle, bool]:
+    """Return the style of layers, and whether they are cut out, from the text of ``--layers``."""
+    styles, arrangements = _split(text.split(","))
+    return ("plain" if "plain" in styles else "inkscape"), "cutout" in arrangements
+
+
+def _split(words: Sequence[str]) -> tuple[list[str], list[str]]:
+    return [word for word in words if word in LAYER_STYLES], [word for word in words if word in ARRANGEMENTS]
 
 
 def _words(file: str, action: argparse.Action, value: Any) -> list[str]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from livecl.batch.batch import Batch, Workers
 from livecl.batch.inputs import is_pattern
 from livecl.batch.worker import Work
+from livecl.cli.arguments import layers_of
 from livecl.cli.method import given_options
 from livecl.cli.outputs import OUTPUTS, STANDARD, Output, check_outputs
 from livecl.drawing.assembly import empty_drawing
@@ -122,6 +123,7 @@ def recipe_of(arguments: argparse.Namespace) -> Recipe:
         paths = PRESET_PATHS.get(arguments.preset)
     if arguments.preset == "diffvg" and schedule is None and start is None:
         schedule = str(paths or DEFAULT_PATHS)
+    layers, cutout = layers_of(arguments.layers)
     return Recipe(
         paths=paths,
         schedule=schedule,
@@ -129,7 +131,9 @@ def recipe_of(arguments: argparse.Namespace) -> Recipe:
         seed=arguments.seed,
         size=arguments.size,
         precision=arguments.precision,
-        layers=arguments.layers,
+        layers=layers,
+        cutout=cutout,
+        trap=arguments.trap,
         groups=arguments.groups,
         swatches=arguments.swatches,
         start=start,
@@ -153,7 +157,8 @@ def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]
         **({} if recipe.chooses_paths else _said_of_paths(recipe)),
         "size": recipe.size,
         "precision": recipe.precision,
-        "layers": recipe.layers,
+        "layers": f"{recipe.layers},cutout" if recipe.cutout else recipe.layers,
+        "trap": recipe.trap,
         "groups": recipe.groups,
         "swatches": recipe.swatches,
         "seed": recipe.seed,

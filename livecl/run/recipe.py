@@ -10,8 +10,9 @@ import reprlib
 from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, get_args
 
-from livecl.drawing.checks import python_number
+from livecl.drawing.checks import check_number, python_number
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
+from livecl.editing.cutout import check_cutout, cut_out
 from livecl.errors import check_type
 from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.options import WANTED_OPTIONS, Options
@@ -63,6 +64,10 @@ class Recipe:
     groups : "thing", "stage" or "none"
         Which layers form groups: those that lie inside another one, with it (a run from `start` keeps that drawing's);
         those that one stage added; none.
+    cutout : bool
+        Whether layers are cut by those above them, see :func:`livecl.editing.cut_out`.
+    trap : float
+        How far a layer that is cut goes on below those above it, px of the picture.
     swatches : bool
         Whether colours are written as Inkscape's swatches, which change wherever they are used.
     start : Drawing, optional
@@ -87,6 +92,8 @@ class Recipe:
     precision: int = 3
     layers: LayerStyle = "inkscape"
     groups: GroupKind = "thing"
+    cutout: bool = False
+    trap: float = 0.5
     swatches: bool = False
     start: Drawing | None = None
     lock: Sequence[int] = ()
@@ -108,6 +115,9 @@ class Recipe:
             raise ValueError(f"layers: got {reprlib.repr(self.layers)}, wanted {' or '.join(map(repr, LAYER_STYLES))}")
         if self.groups not in GROUP_KINDS:
             raise ValueError(f"groups: got {reprlib.repr(self.groups)}, wanted {' or '.join(map(repr, GROUP_KINDS))}")
+        check_number("trap", self.trap, 0)
+        if self.cutout:
+            check_cutout()
         if self.masks is not None and (self.start is not None or self.schedule is not None):
             raise ValueError(f"masks: go without {'schedule' if self.start is None else 'start'}")
         if self.start is None and isinstance(self.lock, Collection) and len(self.lock):
@@ -154,6 +164,7 @@ class Recipe:
             "precision": self.precision,
             "layers": self.layers,
             "groups": self.groups,
+            "cutout": self.trap if self.cutout else None,
             "swatches": self.swatches,
             "start": None if self.start is None else format_svg(self.start, MAX_PRECISION),
             "lock": sorted(map(int, self.lock)),
@@ -223,19 +234,21 @@ class Recipe:
             guided = Guided(target, self.masks.on(size, smaller), self.masks.names, beginning)
             beginning = guided.start(device, control)
 
-        def finished(stage: Stage, measured: bool) -> Stage:
+        def finished(stage: Stage, measured: bool, last: bool = False) -> Stage:
             drawing = quantize(enlarged_drawing(stage.drawing, size, start, self.lock), self.precision)
-            if self.precision >= VECTORIZED_PRECISION or not measured:
+            if last and self.groups == "thing" and (start is None or not start.num_layers):
+                drawing = grouped(drawing, Rasterizer(smaller, device).coverages(scaled(drawing, smaller)))
+            if last and self.cutout:
+                drawing = quantize(cut_out(drawing, self.trap), self.precision)
+            elif self.precision >= VECTORIZED_PRECISION or not measured:
                 return dataclasses.replace(stage, drawing=drawing)
             ground = WHITE if self.options.background == TRAIN else drawing.background
             error = mse(render(scaled(drawing, smaller), device), target_over(target, ground))
             return dataclasses.replace(stage, drawing=drawing, mse=error)
 
         def enlarged(result: Result, measured: bool = True) -> Result:
-            stages = [finished(stage, measured) for stage in result.stages]
-            if measured and self.groups == "thing" and (start is None or not start.num_layers):
-                coverages = Rasterizer(smaller, device).coverages(scaled(stages[-1].drawing, smaller))
-                stages[-1] = dataclasses.replace(stages[-1], drawing=grouped(stages[-1].drawing, coverages))
+            last = len(result.stages) - 1
+            stages = [finished(stage, measured, measured and k == last) for k, stage in enumerate(result.stages)]
             return dataclasses.replace(
                 result, drawing=stages[-1].drawing, mse=stages[-1].mse, stages=tuple(stages), working_size=smaller
             )

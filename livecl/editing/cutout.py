@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Layers that do not overlap, for cutters and print: each is cut by those above it, but for a small trap.
+
+The curves are cut where they cross (Skia's path operations), so that what is seen of an outline stays the very curve.
+Printers call trap what goes on below a neighbour, so that no paper shines through where two colours meet.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import logging
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.checks import check_number
+from livecl.drawing.drawing import Drawing
+from livecl.drawing.strokes import Strokes
+from livecl.geometry import bezier
+
+FloatArray = NDArray[np.float64]
+
+#: Trap where none is asked for, px; area that cutting must take, and that a part must have to stay, px^2.
+DEFAULT_TRAP, LEAST_AREA = 0.5, 0.02
+#: Distance, px, that a cubic in place of two pieces of the hidden edge may have from them, and the cosine of the angle
+#: at which these may meet.
+MISS, SMOOTH = 0.05, 0.985
+#: Shortest segment, px, and points at which pieces are compared.
+SHORTEST, SAMPLES = 0.01, 9
+
+_LOG = logging.getLogger(__name__)
+
+
+def check_cutout() -> None:
+    """Raise ValueError where the module that cuts is not installed."""
+    if importlib.util.find_spec("pathops") is None:
+        raise ValueError("layers: cutout needs skia-pathops: pip install 'livecl[cutout]'")
+
+
+def cut_out(drawing: Drawing, trap: float = DEFAULT_TRAP) -> Drawing:
+    """Return a drawing whose opaque layers do not overlap, but for a trap, and which looks the same.
+
+    Layers keep the names of whole shapes; those that others hide wholly are left out. Translucent layers neither are
+    cut nor cut others. A stroke that is cut becomes a filled outline.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Any drawing.
+    trap : float
+        How far a layer goes on below those that cover it, px.
+
+    Raises
+    ------
+    ValueError
+        If skia-pathops is not installed, or the trap is no number of pixels.
+    """
+    check_cutout()
+    check_number("trap", trap, 0)
+    import pathops
+
+    opaque, labels = drawing.colors[:, 3] >= 1, drawing.labels
+    outlines = [[drawing.points[rows] for rows in drawing.subpaths(layer)] for layer in range(drawing.num_layers)]
+    strokes, widths = drawing.strokes, drawing.strokes.widths.copy()
+    is_open = list(np.split(strokes.is_open, drawing.layer_offsets[1:-1]))
+    above, kept = pathops.Path(), []
+    for layer in reversed(range(drawing.num_layers)):
+        path = _path(drawing, layer)
+        try:
+            cut = _cut(path, above, trap) if opaque[layer] else None
+            if opaque[layer]:
+                above = pathops.op(above, path, pathops.PathOp.UNION)
+        except pathops.PathOpsError:
+            _LOG.warning("layer %d could not be cut, and stays whole", layer)
+            cut = None
+        if cut is not None:
+            outlines[layer] = cut
+            widths[layer], is_open[layer] = 0, np.zeros(len(cut), bool)
+        if outlines[layer]:
+            kept.append(layer)
+    kept.reverse()
+    return Drawing.from_outlines(
+        [outlines[layer] for layer in kept],
+        drawing.colors[kept],
+        drawing.size,
+        drawing.background,
+        stages=drawing.stages[kept],
+        names=[labels[layer] for layer in kept],
+        fills=drawing.fills.subset(kept),
+        strokes=Strokes(
+            widths=widths[kept],
+            caps=strokes.caps[kept],
+            joins=strokes.joins[kept],
+            miter_limits=strokes.miter_limits[kept],
+            is_open=np.concatenate([np.zeros(0, bool), *(is_open[layer] for layer in kept)]),
+        ),
+    ).replace(groups=[drawing.groups[layer] for layer in kept])
+
+
+def _path(drawing: Drawing, layer: int) -> Any:
+    """Return a layer's area as a path of Skia's."""
+    import pathops
+
+    path, cubics, strokes = pathops.Path(fillType=pathops.FillType.WINDING), drawing.cubics, drawing.strokes
+    for index, rows in enumerate(drawing.subpaths(layer), start=int(drawing.layer_offsets[layer])):
+        own = cubics[rows][:-1] if strokes.is_open[index] else cubics[rows]  # the last row of a line is its end
+        path.moveTo(*drawing.points[rows.start, 0])
+        for cubic in own:
+            if _is_line(cubic):
+                path.lineTo(*cubic[3])
+            else:
+                path.cubicTo(*cubic[1], *cubic[2], *cubic[3])
+        if not strokes.is_open[index]:
+            path.close()
+    if width := float(strokes.widths[layer]):
+        cap, join = pathops.LineCap(int(strokes.caps[layer])), pathops.LineJoin(int(strokes.joins[layer]))
+        path.stroke(width, cap, join, float(strokes.miter_limits[layer]))
+        path.simplify(fix_winding=True, keep_starting_points=False)
+    return path
+
+
+def _is_line(cubic: FloatArray) -> bool:
+    """Whether a cubic (4, 2) is straight."""
+    along = cubic[3] - cubic[0]
+    return bool(np.abs(bezier.cross(along, cubic[1:3] - cubic[0])).max() <= 1e-6 * max(1.0, float(np.hypot(*along))))
+
+
+def _cut(path: Any, above: Any, trap: float) -> list[FloatArray] | None:
+    """Return what paths above leave of one, as subpaths (m, 3, 2); None where they leave it whole."""
+    import pathops
+
+    if abs(pathops.op(path, above, pathops.PathOp.INTERSECTION).area) <= LEAST_AREA:
+        return None
+    left = pathops.op(path, above, pathops.PathOp.DIFFERENCE)
+    if abs(left.area) <= LEAST_AREA:
+        return []
+    if trap:
+        edge = pathops.Path(above)
+        edge.stroke(2 * trap, pathops.LineCap.BUTT_CAP, pathops.LineJoin.MITER_JOIN, 4)
+        inner = pathops.op(above, edge, pathops.PathOp.DIFFERENCE)
+        left = pathops.op(path, inner, pathops.PathOp.DIFFERENCE)
+    left.convertConicsToQuads()
+    return [subpath for subpath in _subpaths(left) if abs(bezier.signed_area(_cubics(subpath))) > LEAST_AREA]
+
+
+def _cubics(subpath: FloatArray) -> FloatArray:
+    return np.concatenate([subpath, np.roll(subpath[:, :1], -1, axis=0)], axis=1)
+
+
+def _subpaths(path: Any) -> list[FloatArray]:
+    """Return the closed subpaths (m, 3, 2) of a path, pieces of hidden edges joined to few cubics."""
+    found: list[FloatArray] = []
+    for contour in path.contours:
+        pieces: list[tuple[FloatArray, bool]] = []
+        first = last = np.zeros(2)
+        for verb, points in contour:
+            ends = [np.array(point) for point in points]
+            if verb == type(verb).MOVE:
+                first = last = ends[0]
+                continue
+            if verb == type(verb).CLOSE:
+                ends = [first]
+            end = ends[-1]
+            if np.hypot(*(end - last)) < SHORTEST:
+                continue
+            if len(ends) == 3:
+                piece = np.array([last, *ends])
+            elif len(ends) == 2:
+                piece = np.array([last, last + 2 / 3 * (ends[0] - last), end + 2 / 3 * (ends[0] - end), end])
+            else:
+                piece = last + (end - last) * np.array([0, 1 / 3, 2 / 3, 1])[:, None]
+            pieces.append((piece, len(ends) == 2))
+            last = end
+        if pieces:
+            found.append(np.array([piece[:3] for piece, _ in _joined(pieces)]))
+    return found
+
+
+def _joined(pieces: list[tuple[FloatArray, bool]]) -> list[tuple[FloatArray, bool]]:
+    """Return cubics (4, 2), neighbours that are marked as parts of a hidden edge being one where that is as good."""
+    count = 0
+    while count != len(pieces) > 2:
+        count, merged = len(pieces), pieces[:1]
+        for piece in pieces[1:]:
+            before = merged[-1]
+            one = _one_cubic(before[0], piece[0]) if before[1] and piece[1] else None
+            if one is None:
+                merged.append(piece)
+            else:
+                merged[-1] = (one, True)
+        pieces = merged
+    return pieces
+
+
+def _one_cubic(first: FloatArray, second: FloatArray) -> FloatArray | None:
+    """Return the cubic (4, 2) in place of two that meet smoothly; None where it would miss them."""
+    enter, leave = second[1] - second[0], first[3] - first[2]
+    if enter @ leave < SMOOTH * np.hypot(*enter) * np.hypot(*leave):
+        return None
+    t = np.linspace(0, 1, SAMPLES)
+    points = np.concatenate([bezier.evaluate(first, t), bezier.evaluate(second, t[1:])])
+    along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    start, end = first[1] - first[0], second[3] - second[2]
+    start, end = start / max(float(np.hypot(*start)), 1e-9), end / max(float(np.hypot(*end)), 1e-9)
+    weights = bezier.bernstein(along / along[-1])
+    fixed = weights[:, :2].sum(axis=1)[:, None] * first[0] + weights[:, 2:].sum(axis=1)[:, None] * second[3]
+    columns = np.stack([weights[:, 1, None] * start, -weights[:, 2, None] * end], axis=-1)
+    handles = np.linalg.lstsq(columns.reshape(-1, 2), (points - fixed).ravel(), rcond=None)[0]
+    if not (handles > 0).all():
+        return None
+    cubic = np.array([first[0], first[0] + handles[0] * start, second[3] - handles[1] * end, second[3]])
+    dense = bezier.evaluate(cubic, np.linspace(0, 1, 4 * len(points)))
+    gaps = np.hypot(*np.moveaxis(dense[:, None] - points[None], 2, 0))
+    return cubic if max(gaps.min(axis=0).max(), 0) <= MISS else None
