@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID, Fills, concatenate_fills
+from livecl.image.errors import visible_error
 from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas
 from livecl.layering.drift import Changes
-from livecl.layering.ramps import LAYER_NUMBERS, Paint, Shading, fit_paint
+from livecl.layering.ramps import COLOR_NUMBERS, GEOMETRY_NUMBERS, LAYER_NUMBERS, Paint, Shading, fit_paint
+from livecl.layering.stops import STOP_NUMBERS
 from livecl.options import AUTO_PATH_GAIN, Options
 
 #: Share of a pixel's colour from which it is a layer's own, clear of antialiased edges, and fewest such pixels.
@@ -59,18 +61,17 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
     if shading is None or not drawing.num_layers:
         return drawing
     coverages = context.rasterizer.coverages(drawing)
-    alphas = layer_alphas(drawing, context.rasterizer)
-    residual = (context.target - context.rasterizer.forward(drawing)).astype(np.float64)
-    above, below = _transmittances(alphas)
-    changes = Changes.of(np.asarray(context.target, dtype=np.float64))
-    price = shading.price_in(residual[..., 0].size)
-    colors, parts, changed = drawing.colors.copy(), [], False
+    above, below = _transmittances(layer_alphas(drawing, context.rasterizer))
+    target = np.asarray(context.target, dtype=np.float64)
+    changes = Changes.of(target)
+    price = shading.price_in(target[..., 0].size)
+    residual = target - context.rasterizer.forward(drawing)
+    found: dict[int, Paint] = {}
     for layer in range(drawing.num_layers):
-        fills = drawing.fills.subset([layer])
-        parts.append(fills)
         own = (coverages[layer] > OWN_SHARE) & (above[layer] > OWN_SHARE)
         if not free[layer] or np.count_nonzero(own) < LEAST_PIXELS:
             continue
+        fills = drawing.fills.subset([layer])
         points = np.asarray(np.argwhere(own)[:, ::-1] + 0.5, dtype=np.float64)
         now = _colors_at(drawing, layer, points)
         alone = residual.shape[2] == 4 and float(np.mean(1 - below[layer][own])) <= CLEAR
@@ -78,11 +79,38 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
         paint = fit_paint(points, wanted, weights, price, shading.kinds if changes.drift(own) else ())
         kept = float(weights @ np.square(now - wanted).sum(axis=1)) + price * _numbers(fills)
         if (paint.kind != SOLID or fills.any_gradients) and paint.error + price * paint.numbers < kept:
-            changed = True
-            parts[-1] = _opaque(paint) if context.options.opacity == "opaque" else paint.fills
-            if paint.kind == SOLID:
-                colors[layer] = paint.color
-    return drawing.replace(colors=colors, fills=concatenate_fills(parts)) if changed else drawing
+            found[layer] = paint
+    # What else a layer covers, and layers over and under it, may want another fill than its own pixels. Fills that make
+    # up for each other are right together, if at all.
+    error = _squared(residual)
+    for some in [found, *({layer: paint} for layer, paint in found.items())] if found else []:
+        changed = _filled(drawing, some, context.options.opacity == "opaque")
+        dearer = price * (_numbers(changed.fills) - _numbers(drawing.fills))
+        left = _squared(target - context.rasterizer.forward(changed))
+        if left + dearer < error:
+            drawing, error = changed, left
+            if some is found:
+                break
+    return drawing
+
+
+def _squared(residual: FloatArray) -> float:
+    """Return the squared error that is seen, of a residual (H, W, C), summed over pixels and channels."""
+    return float(np.square(visible_error(residual)).sum())
+
+
+def _filled(drawing: Drawing, paints: dict[int, Paint], opaque: bool) -> Drawing:
+    """Return the drawing with other fills of some layers; where asked for, of even opacity."""
+    parts, colors = [], drawing.colors.copy()
+    for layer in range(drawing.num_layers):
+        paint = paints.get(layer)
+        if paint is None:
+            parts.append(drawing.fills.subset([layer]))
+            continue
+        parts.append(_opaque(paint) if opaque else paint.fills)
+        if paint.kind == SOLID:
+            colors[layer] = paint.color
+    return drawing.replace(colors=colors, fills=concatenate_fills(parts))
 
 
 def _opaque(paint: Paint) -> Fills:
@@ -93,11 +121,10 @@ def _opaque(paint: Paint) -> Fills:
 
 
 def _numbers(fills: Fills) -> int:
-    """Numbers that describe one layer's fill."""
-    count = len(fills.stop_positions)
-    return Paint(
-        int(fills.kinds[0]), np.zeros(4), fills.geometry[0], np.zeros(count), np.zeros((count, 4)), 0.0
-    ).numbers
+    """Numbers that describe some layers' fills."""
+    solid = int(np.count_nonzero(fills.kinds == SOLID))
+    geometry = sum(GEOMETRY_NUMBERS[kind] for kind in fills.kinds.tolist())
+    return geometry + COLOR_NUMBERS * solid + STOP_NUMBERS * len(fills.stop_positions)
 
 
 def _colors_at(drawing: Drawing, layer: int, points: FloatArray) -> FloatArray:

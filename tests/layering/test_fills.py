@@ -12,6 +12,7 @@ from support.shapes import rectangle
 import livecl
 from livecl import Options
 from livecl.drawing import LINEAR, RADIAL, SOLID, Drawing, Fills
+from livecl.drawing.fills import concatenate_fills
 from livecl.layering.context import Context
 from livecl.layering.fills import shaded, shading_of
 from livecl.layering.ramps import LAYER_NUMBERS, Shading
@@ -93,6 +94,30 @@ def test_numbers_cost_no_less_on_small_pictures() -> None:
     shading = Shading(("linear",), 1e-7)
     assert shading.price_in(48 * 48) == shading.price_in(240 * 240) == pytest.approx(3e-7 * 57600)
     assert shading.price_in(480 * 240) == pytest.approx(6e-7 * 57600)
+
+
+def test_a_fill_that_raises_the_error_is_not_taken(device: int) -> None:
+    """Most of the layer lies below a translucent one, where the gradient of its own pixels is wrong."""
+    ground, bright, clear = (0.3, 0.5, 0.6, 1), (0.9, 0.5, 0.6, 1), (0.3, 0.5, 0.6, 0.5)
+    outlines = [[rectangle(4, 6, 60, 30)], [rectangle(16, 6, 60, 30)]]
+    fills = concatenate_fills([Fills.linear((4, 0), (16, 0), [ground, bright]), Fills.solid(1)])
+    picture = Drawing.from_outlines(outlines, [ground, ground], (36, 64), fills=fills)
+    context = Context(Rasterizer(picture.size, device), livecl.render(picture, device), Options())
+    over = Drawing.from_outlines(outlines, [ground, clear], (36, 64))
+    assert shaded(context, over, np.array([True, False])) is over
+    alone = over.layer_subset([0])
+    context = dataclasses.replace(context, target=livecl.render(picture.layer_subset([0]), device))
+    assert shaded(context, alone, np.array([True])).fills.kinds.tolist() == [LINEAR]
+
+
+def test_fills_that_make_up_for_each_other_are_taken_together(device: int) -> None:
+    """Of two layers that lie side by side and both want a gradient, both get one."""
+    halves = [[rectangle(4, 6, 20, 30)], [rectangle(20, 6, 36, 30)]]
+    fills = concatenate_fills([Fills.linear((4, 0), (20, 0), COLORS), Fills.linear((0, 6), (0, 30), COLORS)])
+    picture = Drawing.from_outlines(halves, COLORS, (36, 40), fills=fills)
+    context = Context(Rasterizer(picture.size, device), livecl.render(picture, device), Options())
+    flat = Drawing.from_outlines(halves, COLORS, (36, 40))
+    assert shaded(context, flat, np.ones(2, bool)).fills.kinds.tolist() == [LINEAR, LINEAR]
 
 
 def test_a_translucent_layer_keeps_its_opacity(device: int) -> None:
