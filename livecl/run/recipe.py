@@ -205,9 +205,17 @@ class Recipe:
             Drawings in the picture's own coordinates; errors as measured on the pixels that were worked on, see
             `Result.working_size`.
         """
-        from livecl.image.background import TRAIN, WHITE, target_over
-        from livecl.image.errors import mse
+        from livecl.image.background import TRAIN, WHITE, background_for, target_over
         from livecl.image.reading import as_image
+        from livecl.run.preparation import Preparation
+
+        pixels = as_image(image)
+        size = (pixels.shape[0], pixels.shape[1])
+        smaller = working_size(size, self.size)
+        target, start = reduced(pixels, smaller), self.start_on(size)
+        ground = background_for(self.options.background, target, None if start is None else start.background)
+        preparation = Preparation(target, self.options, ground, device)  # beside imports and the search for structure
+        from livecl.image.errors import mse
         from livecl.layering.groups import grouped
         from livecl.rendering.rasterizer import Rasterizer
         from livecl.rendering.single import render
@@ -215,10 +223,6 @@ class Recipe:
         from livecl.run.result import RunError
         from livecl.run.vectorization import vectorize_pixels
 
-        pixels = as_image(image)
-        size = (pixels.shape[0], pixels.shape[1])
-        smaller = working_size(size, self.size)
-        target, start = reduced(pixels, smaller), self.start_on(size)
         beginning = Beginning(
             paths=self.paths,
             schedule=self.schedule,
@@ -254,7 +258,7 @@ class Recipe:
             )
 
         try:
-            return enlarged(vectorize_pixels(target, beginning, device, on_step, control))
+            return enlarged(vectorize_pixels(target, beginning, device, on_step, control, preparation))
         except RunError as error:
             if error.result is not None:
                 error.result = enlarged(error.result, measured=False)  # the device may have failed

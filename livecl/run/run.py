@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.editing import editable, with_few_colors
 from livecl.errors import LiveclError
-from livecl.geometry.outlines import circle
 from livecl.layering.merging import can_merge, merge_neighbors
 from livecl.layering.pruning import needed_layers
 from livecl.layering.trimming import trimmed
 from livecl.run.phases import Grow, Phase, Recolor, Revise, plan_of
+from livecl.run.preparation import warm_up
 from livecl.run.progress import Progress
 from livecl.run.work import Work
 from livecl.svg import quantize
@@ -50,11 +50,7 @@ class Run(Work):
 
     def warm_up(self) -> None:
         """Compile the kernels of a step: runtimes compile a kernel when it is first launched."""
-        height, width = self.rasterizer.size
-        outline = [circle((width / 2, height / 2), min(height, width) / 4, 4)]
-        disc = Drawing.from_outlines([outline], (0, 0, 0, 1), self.rasterizer.size)
-        self.rasterizer.coverages(disc)
-        self.objective.warm_up(disc.replace(background=self.state.drawing.background), self.state)
+        warm_up(self.rasterizer, self.objective, self.options, self.state.drawing.background)
 
     @property
     def phase(self) -> Phase | None:

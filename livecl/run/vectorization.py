@@ -17,6 +17,7 @@ from livecl.run.callbacks import OnStep
 from livecl.run.checkpoint import Checkpoints, identity_of, load_checkpoint
 from livecl.run.control import Control, Stopped, Watch
 from livecl.run.loop import Loop
+from livecl.run.preparation import Preparation
 from livecl.run.record import Record
 from livecl.run.result import Result, RunError, Stage
 from livecl.run.run import Run
@@ -28,6 +29,7 @@ def vectorize_pixels(
     device: int | str | None = None,
     on_step: OnStep | None = None,
     control: Control | None = None,
+    preparation: Preparation | None = None,
 ) -> Result:
     """Vectorize a picture at its full size; :func:`livecl.vectorize` does so at its working size.
 
@@ -39,6 +41,8 @@ def vectorize_pixels(
         Paths, options, seed and start drawing.
     device, on_step, control
         As for :func:`livecl.vectorize`.
+    preparation : Preparation, optional
+        Of the device, if it is under way.
 
     Returns
     -------
@@ -58,6 +62,8 @@ def vectorize_pixels(
         given = dataclasses.replace(beginning.options, placement="region")
         progress = dataclasses.replace(beginning, options=given).progress(image)
         control = dataclasses.replace(control, checkpoint=None, resume=False)
+    if preparation is not None:
+        preparation.wait()
     run = Run(image, progress, device, watch.check)
     info = run.rasterizer.device.info
     identity = identity_of(progress, run.target, beginning.seed, info)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
+from livecl.options import Options
 from livecl.rendering.gradients import Gradients
 from livecl.rendering.pipeline import DistanceWeight
 from livecl.rendering.rasterizer import DeviceImage, Rasterizer
@@ -39,9 +40,8 @@ class Objective:
         self._num_pixels = target.shape[0] * target.shape[1]
         self._pieces: tuple[Any, NDArray[np.int32]] = (None, np.zeros(0, np.int32))  # of the picture, of the distance
 
-    def warm_up(self, drawing: Drawing, state: State) -> None:
+    def warm_up(self, drawing: Drawing, options: Options) -> None:
         """Launch each kernel that a step needs once."""
-        options = state.options
         self._rasterizer.forward(drawing)
         if options.loss == "mse" or options.variant == "released":
             self._rasterizer.loss_and_gradients(drawing, self._target, self._ones)
