@@ -43,14 +43,8 @@ def folder(tmp_path: Path) -> Path:
 
 
 def tool(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, evaluate.__file__, *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
+    command = [sys.executable, evaluate.__file__, *arguments]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
 
 
 def run_of(folder: Path, **changes: Any) -> runs.Run:
