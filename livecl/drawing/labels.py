@@ -32,7 +32,7 @@ _ROWS, _COLUMNS = ("top", "", "bottom"), ("left", "", "right")
 _COLOR = rf"(?:(?:dark|light)-)?(?:{'|'.join(BASIC_WORDS)})|transparent"
 _OWN_ID = re.compile(
     rf"(?:{_COLOR})(?:-to-(?:{_COLOR}))*-(?:{'|'.join(SHAPE_WORDS)})"
-    r"-(?:(?:top|bottom)(?:-left|-right)?|left|right|center)(?:-\d+)?"
+    r"-(?:(?:top|bottom)(?:-left|-right)?|left|right|center)(?:-\d+)?(?:-group)?(?:-\d+)?"
 )
 
 

@@ -21,8 +21,9 @@ INSIDE = 0.95
 GROUND = 0.9
 #: Coverage from which on a pixel counts to a layer's area, and from which on two layers overlap there.
 COVERED, TOUCHED = 0.5, 1 / 512
-#: Most layers that are looked at: a pair of them is compared pixel by pixel.
-MOST = 600
+#: Most layers that are looked at, and side, px, of the square that has as many pixels as are: each pair of layers is
+#: compared pixel by pixel.
+MOST, GROUPING_SIDE = 600, 192
 
 
 def grouped(drawing: Drawing, coverages: NDArray[Any]) -> Drawing:

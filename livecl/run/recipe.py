@@ -216,7 +216,7 @@ class Recipe:
         ground = background_for(self.options.background, target, None if start is None else start.background)
         preparation = Preparation(target, self.options, ground, device)  # beside imports and the search for structure
         from livecl.image.errors import mse
-        from livecl.layering.groups import grouped
+        from livecl.layering.groups import GROUPING_SIDE, grouped
         from livecl.rendering.rasterizer import Rasterizer
         from livecl.rendering.single import render
         from livecl.run.beginning import Beginning
@@ -241,7 +241,8 @@ class Recipe:
         def finished(stage: Stage, measured: bool, last: bool = False) -> Stage:
             drawing = quantize(enlarged_drawing(stage.drawing, size, start, self.lock), self.precision)
             if last and self.groups == "thing" and (start is None or not start.num_layers):
-                drawing = grouped(drawing, Rasterizer(smaller, device).coverages(scaled(drawing, smaller)))
+                coarse = working_size(size, GROUPING_SIDE)
+                drawing = grouped(drawing, Rasterizer(coarse, device).coverages(scaled(drawing, coarse)))
             if last and self.cutout:
                 drawing = quantize(cut_out(drawing, self.trap), self.precision)
             elif self.precision >= VECTORIZED_PRECISION or not measured:

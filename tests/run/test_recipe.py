@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,7 @@ from livecl.options import Options
 from livecl.run.recipe import Recipe
 from livecl.svg import quantize, read_svg
 
+ROOT = Path(__file__).resolve().parents[2]
 QUICK = Options(iterations=4, revisions=0)
 
 
@@ -155,3 +158,14 @@ def test_circles_and_boxes_of_larger_pictures_are_such() -> None:
     recipe = Recipe(paths=2, size=64, options=Options(iterations=60, revisions=0))
     svg = recipe.svg(recipe.vectorize(image).drawing)
     assert svg.count("<circle") == 1 and svg.count("<rect") == 2 and "<path" not in svg
+
+
+def test_ids_are_those_of_a_nearly_equal_picture() -> None:
+    """Noise that nobody sees and a shift by a pixel change neither ids nor groups."""
+    image = livecl.read_image(ROOT / "examples" / "face.png")
+    noise = np.random.default_rng(0).uniform(-1.5 / 255, 1.5 / 255, image.shape)
+    pictures = [image, np.clip(image + noise, 0, 1), np.roll(image, (1, 1), axis=(0, 1))]
+    options = livecl.Options(iterations=10)
+    ids = [re.findall(r' id="([^"]+)"', Recipe(options=options).vectorize(picture).svg) for picture in pictures]
+    assert ids[0] == ids[1] == ids[2]
+    assert len(ids[0]) == 8 and "orange-circle-left" in ids[0]  # background, group, six layers

@@ -17,6 +17,7 @@ from livecl import Drawing, Options
 from livecl.drawing import Fills
 from livecl.drawing.fills import concatenate_fills
 from livecl.svg import LayerStyle, format_svg, quantize, save_svg
+from livecl.svg.writer import layer_kinds
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -85,6 +86,53 @@ def test_edited_by_inkscape(tmp_path: Path) -> None:
     np.testing.assert_array_equal(back.points[~ring], kept.points[~ring])
     np.testing.assert_array_equal(np.rint(back.colors[2, :3] * 255), [16, 32, 48])
     np.testing.assert_array_equal(back.colors[:2], kept.colors[:2])
+
+
+def in_groups() -> Drawing:
+    """Return a head of primitives with two eyes, in groups within a group, and a path of its own."""
+    body = (
+        '<rect id="background" width="240" height="200" fill="#fff"/><g id="head"><circle cx="100" cy="100" r="80"/>'
+        '<g id="eyes" fill="#fff"><ellipse cx="70" cy="80" rx="12" ry="18"/><circle cx="130" cy="80" r="12"/></g>'
+        '<rect x="70" y="130" width="60" height="20" rx="6" fill="#c00"/></g>'
+        '<path id="nose" d="M200 20 230 70 190 60Z"/>'
+    )
+    return livecl.read_svg(f'<svg xmlns="http://www.w3.org/2000/svg" width="240" height="200">{body}</svg>'.encode())
+
+
+@pytest.mark.parametrize("option", ["--export-type=svg", "--export-plain-svg"])
+def test_groups_and_primitives_come_back_from_inkscape(option: str, tmp_path: Path) -> None:
+    drawing, source, target = in_groups(), tmp_path / "in.svg", tmp_path / "out.svg"
+    save_svg(drawing, source, groups="thing")
+    inkscape(option, f"--export-filename={target}", str(source))
+    back = livecl.read_svg(target)
+    assert back.groups == drawing.groups == (("head",), ("head", "eyes"), ("head", "eyes"), ("head",), ())
+    assert layer_kinds(back) == ["circle", "ellipse", "circle", "rectangle", "path"]
+    np.testing.assert_allclose(back.points, drawing.points, atol=1e-4)  # eight significant digits
+
+
+def test_things_are_edited_in_one_step_and_a_run_goes_on_from_them(tmp_path: Path) -> None:
+    """A group is moved, a circle's radius and a swatch's colour are changed; the run keeps groups and shapes."""
+    drawing, source, target = in_groups(), tmp_path / "in.svg", tmp_path / "out.svg"
+    save_svg(drawing, source, groups="thing", swatches=True)
+    name = drawing.labels[2].replace(" ", "-")
+    actions = (
+        f"select-by-id:eyes;transform-translate:5,-3;select-clear;select-by-id:{name};object-set-attribute:r,20;"
+        f"export-filename:{target};export-do"
+    )
+    inkscape(f"--actions={actions}", str(source))
+    text = target.read_text(encoding="utf-8")
+    assert text.count("#cc0000") == 1
+    target.write_text(text.replace("#cc0000", "#00cc00"), encoding="utf-8")
+    edited = livecl.read_svg(target)
+    assert edited.groups == drawing.groups
+    assert layer_kinds(edited) == layer_kinds(drawing)
+    eye = edited.points[edited.subpaths(2)[0], 0]
+    np.testing.assert_allclose([*eye.mean(axis=0), np.ptp(eye, axis=0)[0]], [135, 77, 40], atol=1e-4)
+    np.testing.assert_allclose(edited.colors[3, :3], (0, 0.8, 0))
+    result = livecl.vectorize(livecl.render(edited)[..., :3], start=edited, options=Options(iterations=5))
+    assert result.drawing.groups == drawing.groups
+    assert result.drawing.names == edited.names
+    assert layer_kinds(result.drawing) == layer_kinds(drawing)
 
 
 def check_chromium(drawing: Drawing, layers: LayerStyle, path: Path) -> None:
