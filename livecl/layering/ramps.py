@@ -201,8 +201,8 @@ def _radial(pixels: Pixels, price: float) -> list[Paint]:
     centers = (low + high) / 2 + grid * span
 
     def errors(shapes: FloatArray) -> FloatArray:
-        offset = few.points - shapes[:, None, :2]
-        t = np.linalg.norm(offset @ np.stack([_round(shape) for shape in shapes]), axis=2)
+        offset = (few.points - shapes[:, None, :2]) @ np.stack([_round(shape) for shape in shapes])
+        t = np.sqrt(offset[..., 0] ** 2 + offset[..., 1] ** 2)
         return fit_stops(even_hats(t), few.weights, few.colors)[0]
 
     def best(shapes: FloatArray) -> FloatArray:
@@ -255,8 +255,9 @@ def _round(shape: FloatArray) -> FloatArray:
     if size == 0:
         return np.eye(2)
     limited = min(size, np.log(MOST_STRETCHED) / 2)
-    unit = np.array([[a, b], [b, -a]]) / size
-    return np.asarray(np.cosh(limited) * np.eye(2) + np.sinh(limited) * unit)
+    even, odd = np.cosh(limited), np.sinh(limited)
+    along, across = odd * (a / size), odd * (b / size)
+    return np.array([[even + along, across], [across, even - along]])
 
 
 def _ellipse(shape: FloatArray, points: FloatArray) -> FloatArray | None:

@@ -80,7 +80,10 @@ def even_hats(t: FloatArray) -> FloatArray:
     """Return the shares of evenly placed stops at places t (G, m): (G, m, KNOTS)."""
     low, high = t.min(axis=1, keepdims=True), t.max(axis=1, keepdims=True)
     at = (t - low) * ((KNOTS - 1) / np.maximum(high - low, 1e-12))
-    return np.asarray(np.clip(1 - np.abs(at[..., None] - np.arange(KNOTS)), 0, 1))
+    hats = at[..., None] - np.arange(KNOTS)
+    np.abs(hats, out=hats)
+    np.subtract(1, hats, out=hats)
+    return np.asarray(np.maximum(hats, 0, out=hats))
 
 
 def fit_stops(hats: FloatArray, weights: FloatArray, colors: FloatArray) -> tuple[FloatArray, FloatArray]:
