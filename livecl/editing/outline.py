@@ -9,7 +9,6 @@ dynamic programming over the places of the trace: the price of the numbers writt
 from __future__ import annotations
 
 import dataclasses
-import itertools
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +32,11 @@ class Fit:
         Numbers that straying costs, for a distance of 1 px over a length of 1 px; it grows by the square.
     cubic, line : float
         Numbers of a cubic and of a line.
-    corner, aside : float
-        Numbers that a corner costs, and a smooth node that stands at no extreme.
+    corner : float
+        Numbers that a corner costs.
+    smooth : float
+        Numbers that a smooth node saves, as a segment tells the direction of the next; twice so many at an extreme,
+        whose direction is known.
     level : float
         Largest distance, px, of a line that is made level or plumb.
     """
@@ -44,8 +46,8 @@ class Fit:
     straying: float = 3.5
     cubic: float = 6.0
     line: float = 2.0
-    corner: float = 2.0
-    aside: float = 0.5
+    corner: float = 1.0
+    smooth: float = 1.0
     level: float = 0.3
 
 
@@ -106,13 +108,20 @@ def _cheapest(
     _, distances = cubics.fit(runs, tangents[i], tangents[j], np.stack([corner[i], corner[j]], axis=1), weights)
     length = np.asarray((ends - starts) * trace.step, dtype=np.float64)
     curved = fit.cubic + _straying(distances, weights, length, fit.tolerance, fit.straying)
-    lined = fit.line + _straying(_from_chords(runs), weights, length, fit.straight, fit.straying)
+    flat = np.abs(runs[:, -1] - runs[:, 0])
+    level = flat.min(axis=1) <= np.minimum(fit.level, TILT * flat.max(axis=1))
+    lined = fit.line - level + _straying(_from_chords(runs), weights, length, fit.straight, fit.straying)
     along = unit(runs[:, -1] - runs[:, 0])
     for side in (i, j):
         bend = np.abs(along[:, 0] * tangents[side][:, 1] - along[:, 1] * tangents[side][:, 0])
         lined = np.where(~corner[side] & (bend > ALIGNED), np.inf, lined)
-    node = np.where(corner[j], fit.corner, np.where(trace.extreme[places[j] % count], 0.0, fit.aside))
-    return _shortest_way(num, i, j, np.minimum(curved, lined) + node, lined <= curved)
+    known = np.where(trace.extreme[places % count], 2.0, 1.0)
+    joins = np.where(corner, fit.corner, [-fit.smooth * known, np.full(num, -fit.smooth), np.full(num, np.inf)])
+    # Way and outline begin at one node: its price is parted between the segments that meet there.
+    half = joins[0, 0] / 2, joins[1, 0] - joins[0, 0] / 2
+    joins[:, 0] = 0.0
+    at_node = (i == 0).astype(int) + (j == num - 1)
+    return _shortest_way(num, i, j, (curved + half[0] * at_node, lined + half[1] * at_node), joins)
 
 
 def _unrounded(
@@ -143,26 +152,39 @@ def _from_chords(runs: FloatArray) -> FloatArray:
 
 
 def _shortest_way(
-    num: int, i: IntArray, j: IntArray, cost: FloatArray, straight: NDArray[np.bool_]
+    num: int, i: IntArray, j: IntArray, costs: tuple[FloatArray, FloatArray], joins: FloatArray
 ) -> tuple[IntArray, NDArray[np.bool_]] | None:
-    """Return the nodes on the cheapest way from the first place to the last, and which segments are lines."""
-    table = np.full((num, num), np.inf)
-    table[i, j] = cost
-    lines = np.zeros((num, num), bool)
-    lines[i, j] = straight
-    best, before = np.full(num, np.inf), np.zeros(num, np.int64)
-    best[0] = 0.0
+    """Return the nodes on the cheapest way from the first place to the last, and which segments are lines.
+
+    Parameters
+    ----------
+    num : int
+        Number of places.
+    i, j : (n,) int64
+        First and last place of each segment.
+    costs : ((n,), (n,)) float64
+        What a cubic and a line cost.
+    joins : (3, num) float64
+        What a node costs between two cubics, at a line, and between two lines.
+    """
+    tables = np.full((2, num, num), np.inf)
+    tables[:, i, j] = costs
+    best, before = np.full((2, num), np.inf), np.zeros((2, num), np.int64)
+    best[:, 0] = 0.0
     for end in range(1, num):
-        totals = best[:end] + table[:end, end]
-        before[end] = int(np.argmin(totals))
-        best[end] = totals[before[end]]
-    if not np.isfinite(best[-1]):
+        for kind in (0, 1):
+            steps = best[:, :end] + joins[kind : kind + 2, :end] + tables[kind, :end, end]
+            before[kind, end] = int(np.argmin(steps))
+            best[kind, end] = steps.flat[before[kind, end]]
+    kind = int(np.argmin(best[:, -1]))
+    if not np.isfinite(best[kind, -1]):
         return None
-    way = [num - 1]
-    while way[-1]:
-        way.append(int(before[way[-1]]))
-    way.reverse()
-    return np.array(way[:-1]), np.array([lines[a, b] for a, b in itertools.pairwise(way)], bool)
+    place, way, straight = num - 1, [], []
+    while place:
+        straight.append(bool(kind))
+        kind, place = divmod(int(before[kind, place]), place)
+        way.append(place)
+    return np.array(way[::-1]), np.array(straight[::-1], bool)
 
 
 class _Assembly:

@@ -12,7 +12,7 @@ from livecl.layering.context import Context
 from livecl.training.adam import Adam, settling
 
 #: Steps, Adam's step at first, px, and share of it left at the end.
-STEPS, RATE, LEFT = 30, 0.12, 0.1
+STEPS, RATE, LEFT = 60, 0.12, 0.1
 #: Share of the largest gradient under which the picture does not decide on a control point: it stays where it is.
 DECIDED = 2e-3
 

@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
+from livecl.editing.constraints import SHORT, Joins
 from livecl.editing.outline import Fit, editable_outline
 from livecl.editing.polish import polished
 from livecl.editing.shapes import fitted_shapes
+from livecl.editing.tidying import tidied
 from livecl.editing.trace import Trace, trace
 from livecl.geometry.outlines import Outline
 from livecl.image.errors import visible_error
@@ -26,17 +28,19 @@ from livecl.layering.contributions import composited_colors, in_window, layer_al
 from livecl.layering.stack import over, window_of
 from livecl.svg.outline_data import format_outline, rounded_points
 from livecl.svg.path_data import NUMBER
-from livecl.svg.primitives import primitive_of
+from livecl.svg.primitives import Primitive, primitive_of
 
 FloatArray = NDArray[np.float64]
 
 #: Squared error that a number is worth, as a segment has six; and share of the error that a description adds which
 #: training leaves of it.
-NUMBER_ERROR, LEFT = SEGMENT_ERROR / 6, 0.6
+NUMBER_ERROR, LEFT = SEGMENT_ERROR / 18, 0.15
 #: Fits that are tried, from coarse to fine.
 FITS = (Fit(), Fit(tolerance=0.2, straight=0.15, straying=12.0))
 #: Weight of samples that layers above hide, and transmittance up to which they do.
 HIDDEN_WEIGHT, HIDDEN = 0.25, 0.6
+#: Most subpaths of a layer that are described one by one; more are all described in one way.
+MOST_APART = 24
 #: Decimals that numbers are counted with.
 PRECISION = 3
 
@@ -58,7 +62,7 @@ def editable(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Dra
     options = context.options
     if not (options.simplify or options.primitives) or not drawing.num_layers:
         return drawing
-    editor = _Editor(context, drawing)
+    editor = _Editor(context, drawing, LEFT)
     outlines: list[Outline] = []
     for layer, outline in enumerate(_outlines(drawing)):
         context.check()
@@ -66,12 +70,33 @@ def editable(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Dra
             outline = editor.best(layer, outline)
         outlines.append(outline)
         editor.advance(layer)
-    subpaths = [subpath for outline in outlines for subpath in outline]
-    edited = drawing.replace(points=np.concatenate(subpaths), subpath_offsets=np.cumsum([0, *map(len, subpaths)]))
+    edited = _with_outlines(drawing, outlines)
     edited = polished(context, edited, free & (drawing.strokes.widths == 0))
-    saved = sum(map(numbers_of, _outlines(drawing))) - sum(map(numbers_of, _outlines(edited)))
+    edited = _verified(context, drawing, edited)
+    saved = sum(map(price_of, _outlines(drawing))) - sum(map(price_of, _outlines(edited)))
     rise = (context.visible_mse(edited) - context.visible_mse(drawing)) * 3 * drawing.size[0] * drawing.size[1]
     return edited if rise <= max(saved, 0) * NUMBER_ERROR else drawing
+
+
+def _verified(context: Context, drawing: Drawing, edited: Drawing) -> Drawing:
+    """Return an edited drawing after training, its layers as they were where they cost more than they save."""
+    editor = _Editor(context, edited, 1.0)
+    outlines = []
+    for layer, pair in enumerate(zip(_outlines(edited), _outlines(drawing), strict=True)):
+        context.check()
+        outlines.append(editor.cheapest(layer, list(pair)) if not _same(*pair) else pair[1])
+        editor.advance(layer)
+    return _with_outlines(edited, outlines)
+
+
+def _with_outlines(drawing: Drawing, outlines: list[Outline]) -> Drawing:
+    """Return a drawing of other outlines, as many subpaths a layer as before."""
+    subpaths = [subpath for outline in outlines for subpath in outline]
+    return drawing.replace(points=np.concatenate(subpaths), subpath_offsets=np.cumsum([0, *map(len, subpaths)]))
+
+
+def _same(a: Outline, b: Outline) -> bool:
+    return all(np.array_equal(one, other) for one, other in zip(a, b, strict=True))
 
 
 def _outlines(drawing: Drawing) -> list[Outline]:
@@ -79,10 +104,13 @@ def _outlines(drawing: Drawing) -> list[Outline]:
 
 
 class _Editor:
-    """Weighs descriptions of a drawing's layers, bottom first, by the picture that all layers make."""
+    """Weighs descriptions of a drawing's layers, bottom first, by the picture that all layers make.
 
-    def __init__(self, context: Context, drawing: Drawing) -> None:
-        self._context, self._drawing = context, drawing
+    Of the error that a description adds, a share `left` counts.
+    """
+
+    def __init__(self, context: Context, drawing: Drawing, left: float) -> None:
+        self._context, self._drawing, self._left = context, drawing, left
         self._alphas = layer_alphas(drawing, context.rasterizer)
         ground, self._colors = composited_colors(drawing)
         self._below: NDArray[Any] = np.broadcast_to(ground, context.target.shape).astype(np.float32)
@@ -97,9 +125,15 @@ class _Editor:
 
     def best(self, layer: int, outline: Outline) -> Outline:
         """Return the outline of least price for a layer, and take it into the picture."""
-        found = [outline, *self._descriptions(layer, outline)]
+        every = list(range(len(outline)))
+        for members in [every] if len(outline) > MOST_APART else [[k] for k in every]:
+            outline = self.cheapest(layer, [outline, *self._descriptions(layer, outline, members)])
+        return outline
+
+    def cheapest(self, layer: int, found: list[Outline]) -> Outline:
+        """Return the cheapest of the outlines found for a layer, the first being its present one."""
         if len(found) == 1:
-            return outline
+            return found[0]
         drawing = self._drawing
         alphas = self._context.rasterizer.coverages(
             Drawing.from_outlines(found, drawing.colors[layer], drawing.size, drawing.background)
@@ -111,23 +145,28 @@ class _Editor:
         for description, alpha in zip(found, alphas, strict=True):
             change = (alpha[window] - self._alphas[layer][window])[..., None] * tint
             error = float(np.square(visible_error(self._rest[window] + change), dtype=np.float64).sum())
-            prices.append(LEFT * error / NUMBER_ERROR + numbers_of(description))
+            prices.append(self._left * error / NUMBER_ERROR + price_of(description))
         chosen = int(np.argmin(prices))
         self._rest[window] += (alphas[chosen][window] - self._alphas[layer][window])[..., None] * tint
         self._alphas[layer] = alphas[chosen]
         return found[chosen]
 
-    def _descriptions(self, layer: int, outline: Outline) -> list[Outline]:
-        """Return descriptions of an outline with fewer numbers."""
-        options, traces = self._context.options, [self._trace(layer, subpath) for subpath in outline]
+    def _descriptions(self, layer: int, outline: Outline, members: list[int]) -> list[Outline]:
+        """Return descriptions of an outline of which some subpaths are tidied, traced anew, or a shape."""
+        options = self._context.options
+        traces = [self._trace(layer, outline[k]) for k in members]
         found: list[Outline] = []
+
+        def add(subpaths: list[FloatArray | None]) -> None:
+            changed = list(outline)
+            for k, subpath in zip(members, subpaths, strict=True):
+                changed[k] = changed[k] if subpath is None else subpath
+            found.append(changed)
+
         if options.simplify:
             for fit in FITS:
-                edited = [
-                    (None if traced is None else editable_outline(traced, fit), subpath)
-                    for traced, subpath in zip(traces, outline, strict=True)
-                ]
-                found.append([subpath if path is None else path for path, subpath in edited])
+                add([tidied(outline[k], fit.tolerance) for k in members])
+                add([None if traced is None else editable_outline(traced, fit) for traced in traces])
         if options.primitives and len(outline) == 1 and traces[0] is not None:
             found += [[shape.points] for shape in fitted_shapes(traces[0])]
         return found
@@ -145,15 +184,32 @@ class _Editor:
         return traced
 
 
+def price_of(outline: Outline) -> float:
+    """Return what an outline costs to describe, in numbers: those that SVG writes, more where joins bend curves."""
+    price, fit = float(numbers_of(outline)), FITS[0]
+    if _shape_of(outline) is None:
+        for subpath in outline:
+            joins = Joins(subpath, np.roll(np.arange(len(subpath)), -1), np.ones(len(subpath), bool))
+            lines = joins.lines.astype(int) + np.roll(joins.lines, 1)
+            price += fit.corner * np.count_nonzero(~joins.smooth & (lines < 2))
+            known = np.abs(joins.directions(subpath)).min(axis=1) < SHORT
+            price -= fit.smooth * np.count_nonzero(joins.smooth)
+            price -= fit.smooth * np.count_nonzero(joins.smooth & known & (lines == 0))
+    return price
+
+
 def numbers_of(outline: Outline) -> int:
     """Return how many numbers SVG writes for an outline."""
-    if len(outline) == 1:
-        shape = primitive_of(outline[0], PRECISION)
-        if shape is not None:
-            return sum(len(_NUMBER.findall(value)) for value in shape.attributes.values())
+    shape = _shape_of(outline)
+    if shape is not None:
+        return sum(len(_NUMBER.findall(value)) for value in shape.attributes.values())
     count = 0
     for subpath in outline:
         following = np.roll(np.arange(len(subpath)), -1)
         held = rounded_points(subpath, following, np.ones(len(subpath), bool), PRECISION)
         count += len(_NUMBER.findall(format_outline(held, PRECISION)))
     return count
+
+
+def _shape_of(outline: Outline) -> Primitive | None:
+    return primitive_of(outline[0], PRECISION) if len(outline) == 1 else None

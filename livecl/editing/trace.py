@@ -22,7 +22,7 @@ TURNING, SURE = 0.4, 0.9
 #: Standard deviation, px, of the Gaussian that evens out an outline's wiggles, and more of it to find corners.
 EVENED, CORNERS_EVENED = 0.35, 0.6
 #: An extreme is farther out than the samples at this distance, px, by so much, px.
-BEND_REACH, BENT = 2.0, 0.05
+BEND_REACH, BENT = 3.0, 0.04
 #: Most places for nodes, beside corners, anchors and extremes, and their distance, px.
 PLACES, SPACING = 40, 2.0
 

@@ -23,8 +23,9 @@ from livecl.svg.primitives import primitive_of
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Turn of a join, degrees, up to which it is smooth, and from which on it is a corner.
-SMOOTH, CORNER = 2.0, 20.0
+#: Turn of a join, degrees, up to which it is smooth, and from which on it is a corner; and turn of a curve that counts
+#: as one, too.
+SMOOTH, CORNER, TIGHT = 2.0, 20.0, 90.0
 #: Distance, px, up to which a corner is kept and a line follows a side; degrees between the two; and distance from
 #: corners of the true outline up to which joins belong to them.
 NEAR, ALIGNED, APART = 0.5, 3.0, 1.5
@@ -49,8 +50,8 @@ class OutlineScores:
     shapes_written, shapes_false : int
         Elements written for things with a partner, and those whose partner is no such shape.
     joins, joins_smooth : int
-        Joins of the drawing's cubics and lines where the true outline is smooth, and those that turn by 2 degrees or
-        less.
+        Joins of the drawing's cubics and lines where the true outline is smooth, and turns by less than a right angle
+        within 3 px; and those that turn by 2 degrees or less.
     corners, corners_kept : int
         Corners seen of the true things, and those that have a corner of the drawing's within half a pixel.
     sides, sides_straight : int
@@ -175,13 +176,23 @@ class _Outline:
         rest = cubics[:, 1:3] - cubics[:, :1]
         off = np.abs(rest[..., 0] * unit[:, None, 1] - rest[..., 1] * unit[:, None, 0]).max(axis=1)
         self.lines = cubics[off <= STRAIGHT][:, [0, 3]]
-        self.polylines = [_places(cubics)[1] for cubics in subpaths]
-        self.places = np.concatenate([_places(cubics)[0] for cubics in subpaths])
+        places, self.polylines = zip(*map(_places, subpaths), strict=True)
+        self.tight = np.concatenate([_tight(part) for part in places])
+        self.places = np.concatenate(places)
 
     def distances(self, points: FloatArray) -> FloatArray:
         """Return the distances of points (n, 2) from the outline, px: (n,)."""
         lines = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in self.polylines])
         return np.concatenate([np.zeros(0), *(_from_lines(part, lines).min(axis=1) for part in _parts(points))])
+
+
+def _tight(places: FloatArray) -> FloatArray:
+    """Return the places (n, 2) of a closed subpath that turns by TIGHT or more within APART before and after them."""
+    steps = (np.roll(places, -1, axis=0) - places) @ (1, 1j)
+    angles = np.angle(steps / np.where(np.roll(steps, 1) == 0, 1, np.roll(steps, 1)))
+    reach = round(APART / STEP)
+    turn = np.sum([np.roll(angles, shift) for shift in range(-reach, reach + 1)], axis=0)
+    return places[np.abs(turn) >= np.radians(TIGHT)]
 
 
 def _whole_segments(cubics: FloatArray) -> FloatArray:
@@ -225,8 +236,8 @@ class _Pair:
         return inside & self._uncovered[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
 
     def joins(self) -> dict[str, int]:
-        """Count our joins where the true outline is smooth."""
-        bends = self._true.anchors[self._true.turns > SMOOTH]
+        """Count our joins where the true outline is smooth, and turns by less than a right angle within 3 px."""
+        bends = np.concatenate([self._true.anchors[self._true.turns > SMOOTH], self._true.tight])
         gaps = np.hypot(*np.moveaxis(self._ours.anchors[:, None] - bends, -1, 0)).min(axis=1, initial=np.inf)
         turns = self._ours.turns[gaps > APART]
         return {"joins": len(turns), "joins_smooth": int(np.count_nonzero(turns <= SMOOTH))}

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tidied outline: the nodes that it has, nearly straight segments made lines, and nearly smooth joins smooth."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.editing import cubics
+from livecl.editing.constraints import Joins, Slack
+from livecl.geometry import bezier
+
+FloatArray = NDArray[np.float64]
+
+#: What is taken for lines and smooth joins.
+NEARLY = Slack(straight=0.33, along=1 / 3, level=0.3, tilt=0.06, turn=0.4)
+
+
+def tidied(subpath: FloatArray, tolerance: float) -> FloatArray:
+    """Return a closed subpath (m, 3, 2) with lines and smooth joins where it nearly has them.
+
+    Anchors between two lines that are nearly one are left out. Curves beside smooth joins are fitted to what they were;
+    joins at which that would move them by more than a tolerance, px, stay as they are.
+    """
+    subpath = _without_bends(subpath)
+    joins = _joins_of(subpath)
+    count = len(subpath)
+    tidy = subpath.copy()
+    curved = np.flatnonzero(~joins.lines)
+    after = (curved + 1) % count
+    old = np.concatenate([subpath, np.roll(subpath[:, :1], -1, axis=0)], axis=1)[curved]
+    runs = bezier.evaluate(old, np.linspace(0, 1, cubics.SAMPLES + 1))
+    directions = joins.directions(subpath)
+    while joins.smooth.any() and len(curved):
+        free = ~np.stack([joins.smooth[curved], joins.smooth[after]], axis=1)
+        fitted, distances = cubics.fit(runs, directions[curved], directions[after], free, np.ones(runs.shape[:2]))
+        far = (distances.max(axis=1) > tolerance) & ~free.all(axis=1)
+        changed = ~free.all(axis=1)
+        tidy[curved[changed], 1:] = fitted[changed, 1:3]
+        if not far.any():
+            break
+        turns = np.where(free, -1.0, joins.turns[np.stack([curved, after], axis=1)])[far]
+        joins.smooth[np.where(turns[:, 0] > turns[:, 1], curved[far], after[far])] = False
+        tidy = subpath.copy()
+    joins.hold(tidy)
+    return tidy
+
+
+def _without_bends(subpath: FloatArray) -> FloatArray:
+    """Return a closed subpath without the anchors between two lines that are nearly one."""
+    while len(subpath) > 2:
+        lines = _joins_of(subpath).lines
+        before, after = np.roll(subpath[:, 0], 1, axis=0), np.roll(subpath[:, 0], -1, axis=0)
+        chord, rest = after - before, subpath[:, 0] - before
+        length = np.maximum(np.hypot(*chord.T), 1e-12)
+        share = (chord * rest).sum(axis=1) / length**2
+        off = np.abs(chord[:, 0] * rest[:, 1] - chord[:, 1] * rest[:, 0]) / length
+        off[~(lines & np.roll(lines, 1) & (share > 0) & (share < 1))] = np.inf
+        k = int(np.argmin(off))
+        if off[k] > NEARLY.straight:
+            break
+        subpath = subpath.copy()
+        subpath[k - 1, 1:] = before[k] + chord[k] * np.array([[1.0], [2.0]]) / 3
+        subpath = np.delete(subpath, k, axis=0)
+    return subpath
+
+
+def _joins_of(subpath: FloatArray) -> Joins:
+    count = len(subpath)
+    return Joins(subpath, np.roll(np.arange(count), -1), np.ones(count, bool), NEARLY)

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tidied outlines: nearly straight segments become lines, nearly smooth joins smooth, corners stay."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from livecl.editing.constraints import Joins
+from livecl.editing.tidying import tidied
+from livecl.geometry import bezier
+from livecl.svg import read_svg
+
+
+def outline(data: str) -> np.ndarray:
+    return read_svg(f'<svg width="120" height="90"><path d="{data}"/></svg>'.encode()).points
+
+
+def joins_of(points: np.ndarray) -> Joins:
+    return Joins(points, np.roll(np.arange(len(points)), -1), np.ones(len(points), bool))
+
+
+#: A tab: three sides, and a rounded top of two quarters.
+TAB = "M20 80v-40c0-11 9-20 20-20h20c11 0 20 9 20 20v40z"
+
+
+def test_a_shape_that_strays_gets_its_lines_and_smooth_joins_back() -> None:
+    true = outline(TAB)
+    strayed = true + np.random.default_rng(1).normal(0, 0.06, true.shape)
+    assert not joins_of(strayed).lines.any() and not joins_of(strayed).smooth.any()
+    tidy = tidied(strayed, 0.4)
+    np.testing.assert_array_equal(joins_of(tidy).lines, joins_of(true).lines)
+    np.testing.assert_array_equal(joins_of(tidy).smooth, joins_of(true).smooth)
+    steps = np.abs(np.roll(tidy[:, 0], -1, axis=0) - tidy[:, 0])[joins_of(tidy).lines]
+    assert steps.min(axis=1).max() == 0  # level and plumb
+    assert np.abs(tidy - true).max() < 0.3
+
+
+def test_corners_stay_and_so_do_curves_that_would_move_too_far() -> None:
+    """A join that turns by 16 degrees between long handles: smooth only where the tolerance allows for it."""
+    bent = outline("M20 60c0-30 20-40 40-40c20 6 40 20 40 40c-20 10-60 10-80 0")
+    turned = [joins_of(tidied(bent, tolerance)).smooth for tolerance in (0.05, 2.0)]
+    np.testing.assert_array_equal(turned, [[False] * 3, [False, True, False]])
+    moved, was = (
+        bezier.evaluate(np.concatenate([points, np.roll(points[:, :1], -1, axis=0)], axis=1), np.linspace(0, 1, 200))
+        for points in (tidied(bent, 2.0), bent)
+    )
+    gaps = np.hypot(*np.moveaxis(moved.reshape(-1, 1, 2)[::10] - was.reshape(1, -1, 2), -1, 0)).min(axis=1)
+    assert 0.2 < gaps.max() < 2.0
+    np.testing.assert_array_equal(tidied(bent, 0.05), bent)
+
+
+def test_a_line_in_pieces_is_one() -> None:
+    assert len(tidied(outline("M20 20l30.1 .05l29.9-.05v40h-25l-.1.03h-34.9z"), 0.2)) == 4
