@@ -37,6 +37,26 @@ class Ellipse:
         return np.asarray((value - 1) / np.maximum(2 * np.hypot(*(along / sizes).T), 1e-9))
 
 
+def ellipse_through(points: FloatArray) -> Ellipse | None:
+    """Return the ellipse nearest to points (n, 2) on a part of it; None where a conic through them is none.
+
+    Least squares of a x^2 + b x y + c y^2 + d x + e y = 1 about their centre.
+    """
+    origin = points.mean(axis=0)
+    scale = float(np.abs(points - origin).max())
+    if not scale:
+        return None
+    x, y = ((points - origin) / scale).T
+    a, b, c, d, e = np.linalg.lstsq(np.stack([x * x, x * y, y * y, x, y], axis=1), np.ones(len(x)), rcond=None)[0]
+    form = np.array([[a, b / 2], [b / 2, c]])
+    values, vectors = np.linalg.eigh(form)
+    if values[0] <= 1e-3 * values[1]:
+        return None
+    center = np.linalg.solve(form, [-d / 2, -e / 2])
+    lengths = np.sqrt((1 + center @ form @ center) / values)
+    return Ellipse(origin + scale * center, scale * (lengths * vectors).T, 5)
+
+
 def ellipses_of(points: FloatArray) -> list[Ellipse]:
     """Return the ellipses of the moments of the area within a closed polyline (n, 2): any, upright, and a circle.
 

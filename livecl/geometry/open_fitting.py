@@ -109,7 +109,7 @@ def _smooth_rows(points: FloatArray, tolerance: float) -> list[FloatArray]:
     for j in range(1, len(stops)):
         options = []
         for i in range(j):
-            row, miss, squares = _segment(points[stops[i] : stops[j] + 1], places[stops[i] : stops[j] + 1])
+            row, miss, squares = segment_along(points[stops[i] : stops[j] + 1], places[stops[i] : stops[j] + 1])
             close = miss <= tolerance or j - i == 1
             if close:
                 options.append((best[i][0] + 1, best[i][1] + squares, i, row))
@@ -121,8 +121,11 @@ def _smooth_rows(points: FloatArray, tolerance: float) -> list[FloatArray]:
     return rows[::-1]
 
 
-def _segment(points: FloatArray, places: FloatArray) -> tuple[FloatArray, float, float]:
-    """Return the row of the segment from the first point to the last, its largest distance, and the sum of squares."""
+def segment_along(points: FloatArray, places: FloatArray, rounds: int = 3) -> tuple[FloatArray, float, float]:
+    """Return the row of the segment along a polyline (n, 2), its largest distance, and the sum of squares.
+
+    `places` (n,) are the lengths along the polyline, parameters of its points at first; rounds find better ones.
+    """
     a, d = points[0], points[-1]
     t = (places - places[0]) / max(places[-1] - places[0], 1e-12)
     weights = bernstein(t)
@@ -131,7 +134,7 @@ def _segment(points: FloatArray, places: FloatArray) -> tuple[FloatArray, float,
     if len(points) < 6:
         handles = np.stack([a + (d - a) / 3, d - (d - a) / 3])
     else:
-        for _ in range(3):
+        for _ in range(rounds):
             handles = np.linalg.lstsq(inner, rest, rcond=None)[0]
             curve = weights @ np.stack([a, *handles, d])
             slope = 3 * np.diff(np.stack([a, *handles, d]), axis=0)

@@ -21,10 +21,16 @@ IntArray = NDArray[np.int64]
 #: Cosine between the directions of two branches, both away from a junction, up to which they are one line: 140 degrees.
 MAX_COSINE = -0.77
 #: Spurs: lengths in half widths up to which a branch is one, whatever it is like, and if it ends in a corner, where the
-#: distance to the border falls below this share of the half width.
-SHORT, LONG, TAPER = 1.2, 5.0, 0.6
+#: distance to the border falls below these shares of the half width, at its end and in its middle.
+SHORT, LONG, TAPER, MIDDLE = 1.2, 5.0, 0.6, 0.75
+#: Half width at a junction in usual half widths of the shape, at most: more lines that meet there make it wider.
+WIDEST = 1.2
 #: Longest bridge of a crossing at a small angle, half widths.
 FLAT_BRIDGE = 8.0
+#: Pixels of ground laid around a mask.
+PADDING = 2
+#: Largest difference of the cosines that a stem makes with the two sides of a loop that it leaves.
+STEM = 0.5
 #: Half widths around a junction within which lines run straight on: the skeleton is drawn aside there.
 CLEAR = 1.5
 #: Half widths of the shape along which the direction of a branch is measured, beyond the junction itself.
@@ -68,6 +74,7 @@ def center_lines(mask: NDArray[np.bool_]) -> list[CenterLine]:
     """Return the centre lines of the thin shapes of a mask (H, W), the longest first."""
     from skimage.morphology import skeletonize
 
+    mask = np.pad(mask, PADDING)  # the canvas's border ends shapes, too
     skeleton = skeletonize(mask)
     radii = ndimage.distance_transform_edt(mask)
     branches, places = _graph(skeleton)
@@ -141,6 +148,13 @@ class _Graph:
         self.branches = branches
         self.places = places
         self.radii = radii
+        self._shapes, num_shapes = ndimage.label(radii > 0, np.ones((3, 3)))
+        skeleton = np.concatenate([np.zeros((0, 2)), *(branch.points for branch in branches)]).astype(int)
+        numbers, widths = self._shapes[tuple(skeleton.T)], radii[tuple(skeleton.T)]
+        self._half_widths = [
+            float(np.median(widths[numbers == number])) if (numbers == number).any() else np.inf
+            for number in range(num_shapes + 1)
+        ]
         self._clear = [CLEAR * self._radius(node) for node in range(len(places))]  # px around each node
 
     def _degrees(self) -> IntArray:
@@ -153,6 +167,11 @@ class _Graph:
     def _radius(self, node: int) -> float:
         row, column = np.rint(self.places[node]).astype(int)
         return float(self.radii[row, column])
+
+    def _half_width(self, node: int) -> float:
+        """Return the usual half width of the shape that a node lies in."""
+        row, column = np.rint(self.places[node]).astype(int)
+        return self._half_widths[int(self._shapes[row, column])]
 
     def drop_spurs(self) -> None:
         """Drop branches that end within the shape's width from a junction, the shortest first."""
@@ -175,9 +194,10 @@ class _Graph:
     def _is_spur(self, branch: _Branch, junction: int) -> bool:
         """Whether a branch only leads from the middle of the shape to a corner of its border."""
         points = branch.points if branch.nodes is not None and branch.nodes[0] == junction else branch.points[::-1]
-        length, radius = _length(points), self._radius(junction)
-        rows, columns = np.rint(points[-2:]).astype(int).T
-        tapers = float(self.radii[rows, columns].mean()) < TAPER * radius
+        length, radius = _length(points), min(self._radius(junction), WIDEST * self._half_width(junction))
+        rows, columns = np.rint(points[[len(points) // 2, -2 % len(points), -1]]).astype(int).T
+        middle, *end = self.radii[rows, columns]
+        tapers = bool(np.mean(end) < TAPER * radius and middle < MIDDLE * radius)
         return length <= SHORT * radius or (tapers and length <= LONG * radius)
 
     def contract_bridges(self) -> None:
@@ -228,11 +248,22 @@ class _Graph:
             pairs = sorted(
                 (float(directions[i] @ directions[j]), i, j) for i in range(len(ends)) for j in range(i + 1, len(ends))
             )
-            for cosine, i, j in pairs:
+            loop = self._stemmed_loop(ends, directions)
+            for cosine, i, j in [(-1.0, *loop), *pairs] if loop else pairs:
                 alone = len(ends) == 2  # no crossing: a corner
                 if (cosine <= MAX_COSINE or alone) and ends[i] not in following and ends[j] not in following:
                     following[ends[i]], following[ends[j]] = ends[j], ends[i]
         return self._chains(following)
+
+    @staticmethod
+    def _stemmed_loop(ends: list[tuple[int, int]], directions: list[FloatArray]) -> tuple[int, int] | None:
+        """Return the two ends at a node that are one branch's, a loop, if a stem leaves it straight outwards."""
+        if len(ends) != 3:
+            return None
+        for i, j, stem in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
+            if ends[i][0] == ends[j][0] and abs((directions[i] - directions[j]) @ directions[stem]) < STEM:
+                return i, j
+        return None
 
     def _direction(self, index: int, side: int, node: int) -> FloatArray:
         """Return the unit direction in which a branch leaves a node, measured beyond the node's own width."""
@@ -287,4 +318,4 @@ def _length(points: FloatArray) -> float:
 
 def _center_line(points: FloatArray, closed: bool, radii: FloatArray) -> CenterLine:
     rows, columns = np.rint(points).astype(int).T
-    return CenterLine(points[:, ::-1] + 0.5, radii[rows, columns], closed)
+    return CenterLine(points[:, ::-1] + 0.5 - PADDING, radii[rows, columns], closed)

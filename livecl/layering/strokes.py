@@ -17,7 +17,8 @@ from scipy import ndimage
 from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.strokes import Strokes
-from livecl.geometry.open_fitting import fit_line
+from livecl.geometry.ellipses import ellipse_through
+from livecl.geometry.open_fitting import MIN_TURN, fit_line
 from livecl.geometry.skeleton import CenterLine, center_lines
 from livecl.geometry.strokes import BUTT, MITER, ROUND
 from livecl.layering.context import Context
@@ -39,8 +40,14 @@ class StrokeRules:
         Distance in RGB from the paper that is ink at least; lines fainter than it are not seen.
     same_ink : float
         Distance in RGB of two inks that are one.
-    slenderness : float
-        Lengths in widths from which on a line is a stroke; one that is shorter is a spot.
+    slenderness, branch : float
+        Lengths in widths from which on a line is a stroke: by itself, and as a part of a shape that has other lines.
+    roundness : float
+        Share of a spot and a dot, or a short line with round ends, that is in both: from it on they are the same.
+    clear : float
+        Share of a closed line that must lie on an ellipse which takes its place.
+    dot : float
+        Diameter of a dot in widths of the widest line, at most, with the option `strokes` auto; larger ones are discs.
     evenness : float
         Largest share by which a line's width may vary (standard deviation over mean).
     same_width : float
@@ -56,6 +63,10 @@ class StrokeRules:
     contrast: float = 0.2
     same_ink: float = 0.25
     slenderness: float = 2.5
+    branch: float = 1.0
+    roundness: float = 0.85
+    clear: float = 0.85
+    dot: float = 2.5
     evenness: float = 0.3
     same_width: float = 1.3
     distance: float = 0.35
@@ -72,6 +83,7 @@ class _Line:
     width: float
     length: float
     ends: tuple[FloatArray, FloatArray]  # directions in which the ends leave the line
+    is_spot: bool = False  # a dot, or hardly longer than wide
 
 
 def find_strokes(context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES) -> Drawing:
@@ -99,9 +111,15 @@ def find_strokes(context: Context, background: NDArray[Any] | None, rules: Strok
     if np.abs(paper - ground).max() > rules.contrast:  # the paper would need a layer of its own
         return nothing
     found, total, explained = nothing, 0.0, 0.0
-    for ink, coverage in _inks(target, paper, rules):
+    inks = _inks(target, paper, rules)
+    all_lines = []
+    for _, coverage in inks:
         context.check()
-        lines = _lines(coverage, rules)
+        all_lines.append(_lines(coverage, rules))
+    widest = max((line.width for lines in all_lines for line in lines if not line.is_spot), default=0.0)
+    largest = np.inf if context.options.strokes == "only" else rules.dot * widest
+    for (ink, coverage), some in zip(inks, all_lines, strict=True):
+        lines = [line for line in some if not line.is_spot or line.width <= largest]
         total += float(coverage[coverage > 0.1].sum())
         color = np.append(ink, 1.0) if len(ink) == 3 else np.append(ink[:3] / max(float(ink[3]), 1e-6), ink[3])
         for group in _groups(lines, rules):
@@ -155,24 +173,92 @@ def _between(color: FloatArray, paper: FloatArray, ink: FloatArray) -> float:
 
 
 def _lines(coverage: FloatArray, rules: StrokeRules) -> list[_Line]:
-    """Return the lines of one ink; spots and uneven shapes are none."""
+    """Return the lines of one ink; what is too uneven is none."""
     smooth = ndimage.gaussian_filter(coverage, rules.blur)
     fine = ndimage.zoom(smooth, rules.oversampling, order=1, grid_mode=True, mode="nearest") > 0.5
-    lines = []
+    shapes, num_shapes = ndimage.label(fine, np.ones((3, 3)))
+    lines, drawn = [], np.zeros(num_shapes + 1, bool)  # shapes with a line: the longest come first
     for line in center_lines(fine):
+        column, row = line.points[len(line.points) // 2].astype(int)
         radius = float(np.median(line.radii)) / rules.oversampling
         uneven = float(np.std(line.radii[1:-1])) if len(line.radii) > 4 else 0.0
         length = line.length / rules.oversampling
-        if length < rules.slenderness * 2 * radius or uneven > rules.evenness * radius * rules.oversampling:
+        slenderness = rules.branch if drawn[shapes[row, column]] else rules.slenderness
+        if length < slenderness * 2 * radius or uneven > rules.evenness * radius * rules.oversampling:
             continue
         points = _smoothed(line, rules) / rules.oversampling
         if len(points) < 2:
             continue
-        rows = fit_line(points, rules.distance, max(2.0, 2.5 * radius), line.closed)
+        if line.closed:
+            points = np.roll(points, -_straightest(points, 2.5 * radius), axis=0)
+        drawn[shapes[row, column]] = True
+        oval = _oval(points, rules) if line.closed else None
+        rows = fit_line(points, rules.distance, max(2.0, 2.5 * radius), line.closed) if oval is None else oval
         steps = points[0] - points[min(3, len(points) - 1)], points[-1] - points[-min(4, len(points))]
         ends = tuple(step / max(float(np.hypot(*step)), 1e-9) for step in steps)
         lines.append(_Line(rows, line.closed, 2 * radius, length, (ends[0], ends[1])))
-    return lines
+    boxes = ndimage.find_objects(shapes)
+    spots = [_spot(shapes[box] == number, box, rules) for number, box in enumerate(boxes, 1) if not drawn[number]]
+    return lines + [spot for spot in spots if spot is not None]
+
+
+def _straightest(points: FloatArray, reach: float) -> int:
+    """Return the middle of the longest part of a closed line without a bend: a place to begin, far from corners.
+
+    A bend is where the line turns by MIN_TURN within the reach, px.
+    """
+    step = float(np.hypot(*np.diff(points, axis=0, append=points[:1]).T).mean())
+    count = max(1, min(len(points) // 4, round(reach / max(step, 1e-9))))
+    before, after = points - np.roll(points, count, axis=0), np.roll(points, -count, axis=0) - points
+    bends = np.flatnonzero(np.abs(np.angle((after @ [1, 1j]) * np.conj(before @ [1, 1j]))) > MIN_TURN)
+    if not len(bends):
+        return 0
+    gaps = np.diff(bends, append=bends[0] + len(points))
+    longest = int(np.argmax(gaps))
+    return int(bends[longest] + gaps[longest] // 2) % len(points)
+
+
+def _oval(points: FloatArray, rules: StrokeRules) -> FloatArray | None:
+    """Return the rows of the ellipse along most of a closed line, (4, 3, 2): junctions draw the rest aside."""
+    for _ in range(2):
+        oval = ellipse_through(points) if len(points) > 5 else None
+        if oval is None:
+            return None
+        misses = np.abs(oval.distances(points))
+        near = misses <= np.quantile(misses, rules.clear)
+        if misses[near].max() <= rules.distance:
+            return oval.cubics()[:, :3]
+        points = points[near]
+    return None
+
+
+def _spot(mask: NDArray[np.bool_], box: tuple[slice, slice], rules: StrokeRules) -> _Line | None:
+    """Return the dot, or the short line with round ends, that a shape is, given within its box; None where it is none.
+
+    Of a line of length l and radius r, the area is pi r^2 + 2 l r, and the variance along it exceeds the one across by
+    that of l: l^2 / 12 for the middle part, nearly so with the ends.
+    """
+    places = np.argwhere(mask)[:, ::-1] + 0.5
+    if len(places) < rules.oversampling**2:
+        return None
+    center = places.mean(axis=0)
+    spread, axes = np.linalg.eigh(np.cov((places - center).T))
+    radius = 2 * np.sqrt(max(float(spread[0]), 0.0))
+    length = max(0.0, (len(places) - np.pi * radius**2) / (2 * radius)) if radius else 0.0
+    if length < radius / 2:
+        radius, length = np.sqrt(len(places) / np.pi), 0.0
+    half = axes[:, 1] * length / 2
+    offsets = np.stack(np.indices(mask.shape)[::-1], axis=2) + 0.5 - center
+    along = np.clip(offsets @ axes[:, 1], -length / 2, length / 2)
+    capsule = np.hypot(*np.moveaxis(offsets - along[..., None] * axes[:, 1], 2, 0)) <= radius
+    if (mask & capsule).sum() < rules.roundness * (mask | capsule).sum():
+        return None
+    origin = np.array([box[1].start, box[0].start])
+    start, end = ((origin + center + side * half) / rules.oversampling for side in (-1, 1))
+    rows = np.stack([np.stack([start, start + (end - start) / 3, end - (end - start) / 3]), np.stack([end] * 3)])
+    return _Line(
+        rows, False, 2 * radius / rules.oversampling, length / rules.oversampling, (-axes[:, 1], axes[:, 1]), True
+    )
 
 
 def _smoothed(line: CenterLine, rules: StrokeRules) -> FloatArray:
@@ -202,7 +288,7 @@ def _best_pen(
     context: Context, lines: list[_Line], color: FloatArray, coverage: FloatArray, canvas: Drawing
 ) -> tuple[Drawing, FloatArray]:
     """Return lines as a layer, with the caps and joins that cover the ink best, and what they cover (H, W)."""
-    width = float(np.average([line.width for line in lines], weights=[line.length for line in lines]))
+    width = float(np.average([line.width for line in lines], weights=[line.length + line.width for line in lines]))
     options = []
     for cap, join in ((ROUND, ROUND), (BUTT, MITER), (ROUND, MITER)):
         rows = [_extended(line, width / 2 if cap == BUTT else 0.0) for line in lines]

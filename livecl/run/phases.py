@@ -19,6 +19,7 @@ from livecl.layering.fills import shaded
 from livecl.layering.merging import can_merge, merge_neighbors
 from livecl.layering.placement import place_paths
 from livecl.layering.pruning import least_useful
+from livecl.layering.redrawing import redrawn
 from livecl.run.work import Work
 from livecl.training.state import FREE, KEPT
 
@@ -75,6 +76,29 @@ class Stroke:
 
     def end(self, run: Work) -> bool:
         """Keep the strokes."""
+        return True
+
+
+@dataclasses.dataclass(frozen=True)
+class Redraw:
+    """Draw the strokes, as they have been trained, with fewer nodes, and train them again."""
+
+    kind: ClassVar[Kind] = "stroke"
+
+    def begin(self, run: Work) -> bool:
+        """Join lines and fit them anew; False where nothing is saved."""
+        state = run.state
+        changed = redrawn(run, state.drawing)
+        if changed is state.drawing:
+            state.stage += 1
+            return False
+        kept = state.holds
+        state.replace_layers(changed, np.where(changed.strokes.widths > 0, -1, np.arange(changed.num_layers)))
+        state.holds = kept
+        return True
+
+    def end(self, run: Work) -> bool:
+        """Keep the strokes: what each change costs has been looked at."""
         return True
 
 
@@ -199,9 +223,9 @@ def plan_of(schedule: Sequence[int], revisions: int, strokes: str = "off", recol
     stages: list[Phase] = [Grow(count) if count else Refine() for count in schedule]
     if strokes != "off":
         first = next((index for index, phase in enumerate(stages) if isinstance(phase, Grow)), len(stages))
-        stages.insert(first, Stroke())
+        stages[first:first] = [Stroke(), Redraw()]
         if strokes == "only":
-            return (*stages[: first + 1], *last)
+            return (*stages[: first + 2], *last)
     return (*stages, *(Revise(number) for number in range(revisions)), *last)
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.line_art import DRAWINGS, match
+from support.line_art import BLACK, DRAWINGS, arc, drawing, line, match
 
-from livecl import Control, Options, Rasterizer, render, vectorize
+from livecl import Control, Drawing, Options, Rasterizer, render, vectorize
 from livecl.layering.context import Context
 from livecl.layering.strokes import find_strokes
 
@@ -89,4 +89,71 @@ def test_runs_end_where_strokes_leave_nothing_to_fill(fills: str) -> None:
 
     assert result.stopped is None
     assert (result.drawing.strokes.widths > 0).tolist() == [True]
-    assert set(names) == {"stage 1/3"}
+    assert set(names) == {"stage 1/4"}
+
+
+def _found(true: Drawing, strokes: str = "auto") -> Drawing:
+    return find_strokes(_context(render(true), strokes), WHITE)
+
+
+def test_dots_are_lines_without_length() -> None:
+    true = drawing((BLACK, 6, [line((20, 40), (140, 40)), line((50, 100), (50, 100)), line((90, 100), (94, 104))]))
+
+    found = _found(true)
+
+    assert match(found, true).distance < 0.3
+    assert found.num_segments == true.num_segments
+    assert np.mean((render(found) - render(true)) ** 2) < 9e-4  # less than one dot of 28 px left out
+
+
+def test_dots_alone_are_strokes_where_nothing_else_is_wanted() -> None:
+    dots = drawing((BLACK, 20, [line((40, 80), (40, 80)), line((80, 80), (80, 80)), line((120, 80), (120, 80))]))
+
+    assert _found(dots).num_layers == 0
+    assert len(_found(dots, "only").subpaths()) == 3
+
+
+def test_large_discs_beside_lines_are_no_dots() -> None:
+    true = drawing(
+        (BLACK, 4, [line((10, 20), (150, 20)), line((10, 35), (150, 35))]), (BLACK, 30, [line((80, 90), (80, 90))])
+    )
+
+    assert match(_found(true, "only"), true).distance < 0.3
+    assert all(width < 10 for width in _found(true).strokes.widths)
+
+
+def test_short_branches_are_lines() -> None:
+    """An arrow whose head's strokes are two widths long, all ending in one place."""
+    true = drawing((BLACK, 12, [line((20, 80), (130, 80)), line((104, 54), (130, 80), (104, 106))]))
+
+    found = _found(true)
+
+    assert match(found, true).distance < 0.8
+    assert len(found.subpaths()) >= 2
+
+
+def test_loops_with_a_stem_are_ellipses() -> None:
+    true = drawing((BLACK, 8, [arc(60, 80, 24), line((84, 80), (150, 80))]))
+
+    found = _found(true)
+
+    closed = ~found.strokes.is_open
+    assert closed.tolist().count(True) == 1
+    loop = found.subpaths()[int(np.flatnonzero(closed)[0])]
+    assert loop.stop - loop.start == 4
+    np.testing.assert_allclose(found.points[loop, 0].mean(axis=0), (60, 80), atol=0.3)
+
+
+def test_lines_that_touch_the_border_are_whole() -> None:
+    true = drawing((BLACK, 12, [line((100, 60), (154, 114)), line((154, 60), (100, 114))]))
+
+    assert match(_found(true), true).distance < 0.5
+
+
+@pytest.mark.parametrize("name", ["house", "cup"])
+def test_redrawing_saves_nodes(name: str) -> None:
+    true = DRAWINGS[name]
+
+    result = vectorize(render(true), options=Options(strokes="only", background="#ffffff"))
+
+    assert match(result.drawing, true).nodes <= 1.3 < match(result.stages[0].drawing, true).nodes
