@@ -248,7 +248,7 @@ def _spot(mask: NDArray[np.bool_], box: tuple[slice, slice], rules: StrokeRules)
     if length < radius / 2:
         radius, length = np.sqrt(len(places) / np.pi), 0.0
     half = axes[:, 1] * length / 2
-    offsets = np.stack(np.indices(mask.shape)[::-1], axis=2) + 0.5 - center
+    offsets = np.moveaxis(np.indices(mask.shape)[::-1], 0, 2) + 0.5 - center
     along = np.clip(offsets @ axes[:, 1], -length / 2, length / 2)
     capsule = np.hypot(*np.moveaxis(offsets - along[..., None] * axes[:, 1], 2, 0)) <= radius
     if (mask & capsule).sum() < rules.roundness * (mask | capsule).sum():
