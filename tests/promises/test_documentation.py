@@ -153,7 +153,7 @@ def test_the_table_of_presets_is_that_of_the_program() -> None:
     assert found is not None
     assert found[1] == table_of_presets()
     counts = {
-        name: int(count) for name, count in re.findall(r"`(\w+)`\s+(\d+)", page.partition("nothing is said: ")[2])
+        name: int(count) for name, count in re.findall(r"`(\w+)`\s+(\d+)", page.partition("without `--paths`: ")[2])
     }
     assert counts == PRESET_PATHS
 
