@@ -16,7 +16,6 @@ from livecl.drawing.fills import SOLID, Fills, concatenate_fills
 from livecl.image.errors import visible_error
 from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas
-from livecl.layering.drift import Changes
 from livecl.layering.ramps import COLOR_NUMBERS, GEOMETRY_NUMBERS, LAYER_NUMBERS, Paint, Shading, fit_paint
 from livecl.layering.stops import STOP_NUMBERS
 from livecl.options import AUTO_PATH_GAIN, Options
@@ -63,6 +62,8 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
     coverages = context.rasterizer.coverages(drawing)
     above, below = _transmittances(layer_alphas(drawing, context.rasterizer))
     target = np.asarray(context.target, dtype=np.float64)
+    from livecl.layering.drift import Changes  # loads SciPy
+
     changes = Changes.of(target)
     price = shading.price_in(target[..., 0].size)
     residual = target - context.rasterizer.forward(drawing)

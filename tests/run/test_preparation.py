@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -14,6 +16,12 @@ from livecl.run import preparation
 from livecl.run.preparation import Preparation
 
 IMAGE = SMALL.astype("float32")
+
+
+def test_a_run_is_got_ready_without_scipy() -> None:
+    """It takes as long as everything else together; placement by structure or region loads it when it begins."""
+    script = "import sys, livecl.run.vectorization; print('scipy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout == "False\n"
 
 
 def test_kernels_are_compiled_in_a_thread_and_once(device: int, monkeypatch: pytest.MonkeyPatch) -> None:
