@@ -27,19 +27,23 @@ _MAX_LISTED = 12
 #: Colours that a label names of a gradient.
 _MAX_STOP_NAMES = 3
 
+#: Share of a side up to which what lies beside the canvas's centre still is in it.
+CENTRAL = 1 / 12
 _ROWS, _COLUMNS = ("top", "", "bottom"), ("left", "", "right")
 
 _COLOR = rf"(?:(?:dark|light)-)?(?:{'|'.join(BASIC_WORDS)})|transparent"
 _OWN_ID = re.compile(
     rf"(?:{_COLOR})(?:-to-(?:{_COLOR}))*-(?:{'|'.join(SHAPE_WORDS)})"
-    r"-(?:(?:top|bottom)(?:-left|-right)?|left|right|center)(?:-\d+)?(?:-group)?(?:-\d+)?"
+    r"-(?:(?:top|bottom)(?:-left|-right)?|left|right|(?:(?:left-of|right-of|above|below)-)?center)"
+    r"(?:-\d+)?(?:-group)?(?:-\d+)?"
 )
 
 
 def layer_labels(drawing: Drawing) -> tuple[str, ...]:
     """Return each layer's name, or where it has none one of colour, shape and place: ``orange circle left``.
 
-    The place is where the centre of the layer's area lies in the canvas's thirds. A gradient is named by its stops:
+    The place is where the centre of the layer's area lies in the canvas's thirds; in the middle third also "left of
+    center" and the like. A gradient is named by its stops:
     ``yellow to orange circle left``. Of several such names that are equal, all but the first are numbered, from 2 on.
     """
     unnamed = [layer for layer, name in enumerate(drawing.names) if not name]
@@ -136,7 +140,13 @@ def _listed(labels: Iterable[str]) -> str:
 
 
 def _place(center: NDArray[np.float64], size: tuple[int, int]) -> str:
-    column, row = (
-        min(max(int(3 * x / side), 0), 2) for x, side in zip(center.tolist(), (size[1], size[0]), strict=True)
-    )
-    return f"{_ROWS[row]} {_COLUMNS[column]}".strip() or "center"
+    """Return the third of a canvas in which a point (2,) lies, px; in the middle one also on which side of it."""
+    shares = np.round(center / (size[1], size[0]), 6)
+    column, row = np.clip((3 * shares).astype(int), 0, 2).tolist()
+    if column == row == 1:
+        aside = shares - 0.5
+        axis = int(np.argmax(np.abs(aside)))
+        if abs(aside[axis]) < CENTRAL:
+            return "center"
+        return f"{(('left of', 'right of'), ('above', 'below'))[axis][int(aside[axis] > 0)]} center"
+    return f"{_ROWS[row]} {_COLUMNS[column]}".strip()

@@ -58,6 +58,25 @@ def test_places(column: int, row: int, place: str) -> None:
     assert drawing.labels == (f"orange circle {place}",)
 
 
+@pytest.mark.parametrize(
+    ("offset", "place"),
+    [
+        ((0, 0), "center"),
+        ((-5, 4), "center"),
+        ((-9, 4), "left of center"),
+        ((9, -8), "right of center"),
+        ((3, -9), "above center"),
+        ((-3, 9), "below center"),
+        ((17, 0), "right"),
+    ],
+)
+def test_places_about_the_center(offset: tuple[int, int], place: str) -> None:
+    drawing = drawings.build([([shapes.circle((45 + offset[0], 45 + offset[1]), 2)], ORANGE)], (90, 90))
+    assert drawing.labels == (f"orange circle {place}",)
+    saved = read_svg(format_svg(drawing, layers="plain").encode())
+    assert saved.names == drawing.labels
+
+
 def test_equal_labels_are_numbered_and_names_are_not_taken_twice() -> None:
     drawing = drawings.build(4 * [([shapes.circle((15, 15), 5)], ORANGE)], (30, 30))
     assert drawing.labels == (
