@@ -124,18 +124,26 @@ def untangle_outlines(state: State, error: Callable[[Drawing], float]) -> None:
     points, cubics = drawing.points.copy(), drawing.cubics
     free = ~state.locked_segments & (drawing.strokes.widths[drawing.segment_layers] == 0)
     runs = [subpath for subpath in drawing.subpaths() if free[subpath.start]]
-    large = []
+    large, all_cut = [], points.copy()
     for run, outline in zip(runs, untangle([cubics[run] for run in runs]), strict=True):
+        all_cut[run] = outline[:, :3]
         if abs(signed_area(outline) - signed_area(cubics[run])) > SMALL_LOOP:
-            large.append((run, outline[:, :3]))
+            large.append(run)
         else:
             points[run] = outline[:, :3]
-    for run, outline in large:
-        cut = points.copy()
-        cut[run] = outline
-        before, after = (error(drawing.moved(moved, drawing.colors, drawing.background)) for moved in (points, cut))
-        if after - before <= state.options.prune:
-            points = cut
+
+    def error_of(moved: NDArray[np.float64]) -> float:
+        return error(drawing.moved(moved, drawing.colors, drawing.background))
+
+    if large and error_of(all_cut) - (before := error_of(points)) > state.options.prune:
+        for run in large:
+            cut = points.copy()
+            cut[run] = all_cut[run]
+            after = error_of(cut)
+            if after - before <= state.options.prune:
+                points, before = cut, after
+    else:
+        points = all_cut
     moved = (points != drawing.points).any(axis=(1, 2))
     if moved.any():
         state.points.forget(moved)
