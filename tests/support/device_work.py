@@ -17,7 +17,7 @@ import numpy as np
 import pyopencl as cl
 
 from livecl import Rasterizer
-from livecl.drawing import LINEAR, RADIAL, SOLID, Drawing, Fills
+from livecl.drawing import LINEAR, RADIAL, SOLID, Drawing, Fills, Strokes
 from livecl.opencl.device import open_device
 from livecl.opencl.launcher import Launcher
 from livecl.rendering.pipeline import DistanceWeight
@@ -37,7 +37,7 @@ def opencl_error(kind: type[cl.Error], code: int) -> cl.Error:
 
 
 def everything(rasterizer: Rasterizer, case: Case) -> str:
-    """Return a digest of all that a rasterizer can be asked for: image, coverages, distance weight, gradients."""
+    """Return a digest of all that a rasterizer can be asked for: images, coverages, distance weight, gradients."""
     drawing, pieces = case.drawing, case.pieces
     image = rasterizer.forward(drawing, pieces)
     gradients = [rasterizer.backward(np.linspace(-1, 1, image.size).reshape(image.shape))]
@@ -54,11 +54,29 @@ def everything(rasterizer: Rasterizer, case: Case) -> str:
     gradients.append(rasterizer.backward(np.linspace(-1, 1, image.size).reshape(image.shape)))
     for weight in (np.ones(image.shape[:2]), DistanceWeight(6.0, pieces)):
         gradients.append(rasterizer.loss_and_gradients(filled, np.full_like(image, 0.5), weight, pieces)[1])
+    images, pullback = rasterizer.vjp_all([drawing, _with_strokes(drawing), filled])
+    parts.append(images)
+    gradients += pullback(np.linspace(-1, 1, images.size).reshape(images.shape))
     for gradient in gradients:
+        if gradient.widths is not None:
+            parts.append(gradient.widths)
         if gradient.fills is not None:
             parts += [gradient.fills.geometry, gradient.fills.stop_positions, gradient.fills.stop_colors]
         parts += [gradient.points, gradient.colors]
     return hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).hexdigest()
+
+
+def _with_strokes(drawing: Drawing) -> Drawing:
+    """Return a drawing whose outlines are stroked, by all caps and joins in turn."""
+    num = drawing.num_layers
+    turn = np.arange(num)
+    pens = Strokes(
+        widths=np.array([2.5, 0.0, 1.0])[turn % 3],
+        caps=turn % 3,
+        joins=turn // 2 % 3,
+        is_open=np.zeros(len(drawing.subpaths()), bool),
+    )
+    return drawing.replace(strokes=pens)
 
 
 def _with_gradients(drawing: Drawing) -> Drawing:
