@@ -49,6 +49,7 @@ def test_json(folder: Path) -> None:
         "working_width",
         "working_height",
         "device",
+        "colors",
         "layers",
         "version",
         "options",
@@ -71,8 +72,8 @@ def test_json(folder: Path) -> None:
         {"kind": "solid", "color": format_rgb(rgba), "opacity": rgba[3]} for rgba in drawing.colors
     ]
     assert [layer["nodes"] for layer in report["layers"]] == np.diff(drawing.segment_offsets).tolist()
-    assert [layer["stage"] for layer in report["layers"]] == [1, 2, 2]
-    assert {"label", "shape", "fill", "nodes", "subpaths"} < set(report["layers"][0])
+    assert sorted(layer["stage"] for layer in report["layers"]) == [1, 2, 2]
+    assert {"label", "groups", "shape", "fill", "nodes", "subpaths"} < set(report["layers"][0])
     difference = livecl.render(drawing) - livecl.read_image("in.png")
     assert report["mse"] == pytest.approx(np.mean(np.square(difference, dtype=np.float64)), rel=1e-5)
 
