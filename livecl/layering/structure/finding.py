@@ -245,7 +245,7 @@ def _explaining(
     share, slopes, cores = flatness(pixels)
     if shading is not None and slopes > SOME_SLOPES and smoothness(pixels) >= CORE_SHARE:
         regions = smooth_regions(pixels, shading.price_in(pixels[..., 0].size), shading.kinds)
-        if _many_explained(regions):
+        if _many_explained(regions) and regions.shaded:
             found = _structure_of(regions, np.array(ground), check)
             if found.shaded and (explaining := _judged(found, most)) is not None:
                 return explaining

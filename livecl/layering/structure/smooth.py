@@ -80,6 +80,11 @@ class SmoothRegions(FlatRegions):
     def _boxes(self) -> list[tuple[slice, slice]]:
         return list(ndimage.find_objects(self.labels + 1))
 
+    @property
+    def shaded(self) -> bool:
+        """Whether any region has a gradient; flat ones have none together either."""
+        return any(self.paint(frozenset((k,))).kind != SOLID for k in range(len(self.sizes)))
+
     def paint(self, ids: frozenset[int]) -> Paint:
         """Return the fill that some regions have together."""
         if ids not in self._paints:
@@ -178,7 +183,9 @@ def smooth_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, 
     for k in range(len(flat.sizes)):
         own = found.pixels_of(frozenset((k,)))
         miss[own] = np.abs(found.shown(frozenset((k,)), own) - pixels[own]).max(axis=1)
-    return dataclasses.replace(found, miss=miss)
+    whole = dataclasses.replace(found, miss=miss)
+    whole._paints.update(found._paints)
+    return whole
 
 
 def straight(pixels: FloatArray) -> FloatArray:

@@ -108,3 +108,11 @@ def test_regions_are_not_cut_out_of_what_is_nowhere_smooth(monkeypatch: pytest.M
     monkeypatch.setattr(finding, "noise_level", lambda pixels: 0.0)
     monkeypatch.setattr(finding, "smooth_regions", lambda *arguments: pytest.fail("it takes long"))
     assert found_structure(photograph, WHITE, MANY, SHADING) is None
+
+
+def test_layers_of_a_flat_picture_are_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls, find_layers = [], finding.find_layers
+    monkeypatch.setattr(finding, "SOME_SLOPES", -1.0)  # so that gradients are looked for
+    monkeypatch.setattr(finding, "find_layers", lambda *arguments: calls.append(0) or find_layers(*arguments))
+    assert found_structure(two_squares(0.87), WHITE, MANY, SHADING) is not None
+    assert len(calls) == 1
