@@ -54,12 +54,11 @@ class Guided:
     names: tuple[str, ...]
     beginning: Beginning
 
-    def start(self, device: int | str | None, control: Control | None) -> Beginning:
+    def start(self, device: int | str | None, control: Control) -> tuple[Beginning, Control]:
         """Return the beginning of a run that refines the layers of all masks, and what is drawn within them.
 
-        `control` limits the runs within masks, whose checkpoint it is not.
+        `control` limits the runs within masks, whose checkpoint it is not; what it leaves of the time is returned.
         """
-        control = Control() if control is None else control
         end = None if control.time_limit is None else time.monotonic() + control.time_limit
         options = self.beginning.options
         ground = background_for(options.background, self.image)
@@ -79,17 +78,14 @@ class Guided:
         for part in parts:
             if part is not None:
                 whole = concatenate(whole, part)
-        return dataclasses.replace(
-            self.beginning,
-            paths=None,
-            options=dataclasses.replace(
-                options,
-                learning_rate=min(options.learning_rate, STRUCTURE_POINT_RATE),
-                color_learning_rate=min(options.color_learning_rate, STRUCTURE_COLOR_RATE),
-            ),
-            start=whole,
-            hidden=_hidden(whole, rasterizer),
+        options = dataclasses.replace(
+            options,
+            learning_rate=min(options.learning_rate, STRUCTURE_POINT_RATE),
+            color_learning_rate=min(options.color_learning_rate, STRUCTURE_COLOR_RATE),
         )
+        hidden = _hidden(whole, rasterizer)
+        beginning = dataclasses.replace(self.beginning, paths=None, options=options, start=whole, hidden=hidden)
+        return beginning, dataclasses.replace(control, time_limit=_left(end))
 
     def _drawn(
         self,
@@ -120,8 +116,7 @@ class Guided:
         cut = part[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
         framed = np.tile(plain.astype(np.float32), (cut.shape[0] + 2 * BORDER, cut.shape[1] + 2 * BORDER, 1))
         framed[BORDER:-BORDER, BORDER:-BORDER] = cut
-        left_over = None if end is None else max(0.0, end - time.monotonic())
-        inner = dataclasses.replace(control, checkpoint=None, resume=False, time_limit=left_over)
+        inner = dataclasses.replace(control, checkpoint=None, resume=False, time_limit=_left(end))
         result = vectorize_pixels(framed, self._inner(base, framed), device, None, inner)
         moved = stretched(result.drawing, 1.0, drawing.size, (left, top)).replace(background=drawing.background)
         return moved.replace(groups=[() if layer is None else drawing.groups[layer]] * moved.num_layers)
@@ -142,6 +137,11 @@ class Guided:
             primitives=False,
         )
         return Beginning(paths=more, options=options, seed=self.beginning.seed)
+
+
+def _left(end: float | None) -> float | None:
+    """Return the seconds until an end."""
+    return None if end is None else max(0.0, end - time.monotonic())
 
 
 def _hidden(drawing: Drawing, rasterizer: Rasterizer) -> NDArray[np.bool_]:

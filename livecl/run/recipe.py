@@ -233,10 +233,11 @@ class Recipe:
         )
 
         if self.masks is not None:
+            from livecl.run.control import Control
             from livecl.run.guiding import Guided
 
             guided = Guided(target, self.masks.on(size, smaller), self.masks.names, beginning)
-            beginning = guided.start(device, control)
+            beginning, control = guided.start(device, Control() if control is None else control)
 
         def finished(stage: Stage, measured: bool, last: bool = False) -> Stage:
             drawing = quantize(enlarged_drawing(stage.drawing, size, start, self.lock), self.precision)

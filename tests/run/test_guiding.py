@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from livecl.drawing import Drawing
 from livecl.image.masks import Masks
 from livecl.options import Options
 from livecl.rendering import Rasterizer, render
+from livecl.run.control import Control
 from livecl.run.recipe import Recipe
 from livecl.svg import read_svg
 
@@ -91,6 +93,14 @@ def test_what_does_not_go_together_is_refused_in_one_line(tmp_path: Path, capsys
     with pytest.raises(ValueError, match="masks: go without start"):
         Recipe(start=face(), masks=masks())
     assert not (tmp_path / "out.svg").exists()
+
+
+def test_the_time_limit_is_that_of_the_whole() -> None:
+    begin = time.monotonic()
+    recipe = Recipe(options=Options(iterations=10_000, fills="solid"), masks=masks())
+    result = recipe.vectorize(render(face()), control=Control(time_limit=4.0))
+    assert result.stopped == "time limit" and time.monotonic() - begin < 12
+    assert {("head",), ("hat",)} <= set(result.drawing.groups)
 
 
 def test_masks_are_part_of_the_fingerprint() -> None:

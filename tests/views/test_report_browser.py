@@ -149,16 +149,16 @@ def test_hovering_a_layer_shows_its_facts(browser: Any, page: tuple[Path, Result
     path = browser.find_elements(By.CSS_SELECTOR, "#drawing .layers path")[2]
     pointer.move_to_element(path).perform()
     said = find(browser, "#facts").text
-    for part in ("layer-02", "#33b333", "visible 3900 px, 8.1 %", "removes an error of", "bytes"):
+    for part in ("green bar top", "#33b333", "visible 3900 px, 8.1 %", "removes an error of", "bytes"):
         assert part in said
     assert find(browser, "#facts .swatch rect").get_attribute("fill") == "#33b333"
-    assert "layer-02" in find(browser, "#layers tr.lit").text
+    assert "green bar top" in find(browser, "#layers tr.lit").text
     assert len(browser.find_elements(By.CSS_SELECTOR, "#drawing .overlay .lit")) == 2
     ActionChains(browser).move_to_element(find(browser, "h1")).perform()
     assert find(browser, "#facts").text == hint
     rows = browser.find_elements(By.CSS_SELECTOR, "#layers tbody tr")
     ActionChains(browser).move_to_element(rows[0]).perform()
-    assert "layer-02" in find(browser, "#facts").text  # the topmost is listed first
+    assert "green bar top" in find(browser, "#facts").text  # the topmost is listed first
     assert "lit" in browser.find_elements(By.CSS_SELECTOR, "#drawing .layers path")[2].get_attribute("class")
 
 
@@ -182,9 +182,9 @@ def test_gradients_in_the_picture_and_its_facts(browser: Any, tmp_path: Path) ->
 def test_list_of_layers_by_keyboard(browser: Any, page: tuple[Path, Result]) -> None:
     visit(browser, page[0])
     find(browser, "#points").send_keys(Keys.TAB)
-    assert "layer-02" in find(browser, "#facts").text
+    assert "green bar top" in find(browser, "#facts").text
     browser.switch_to.active_element.send_keys(Keys.ARROW_DOWN)
-    assert "layer-01" in find(browser, "#facts").text
+    assert "orange circle below center" in find(browser, "#facts").text
     browser.switch_to.active_element.send_keys(Keys.ENTER)
     assert browser.switch_to.active_element.get_attribute("aria-pressed") == "true"
     assert address(browser) == "#k=3&layer=1"
