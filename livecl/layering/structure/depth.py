@@ -33,6 +33,8 @@ GROUND_AROUND = 0.7
 EVEN, EVEN_HOLE, UNEVEN, LETTER, CONVEX = 0.2, 0.1, 0.3, 0.02, 0.85
 #: Holes of a lattice, and their share of it from which on one sees through.
 LATTICE, THROUGH_LATTICE = 5, 0.15
+#: Share of what lines that cross surround that they cover themselves, at most: a plate with many marks covers more.
+MOST_LINES = 0.5
 #: Width of strokes, as a share of the side of what they surround, up to which one sees through.
 THIN = 0.14
 #: Distance from the convex hull, px, up to which a junction lies on it: a constant, and a share of the region's side.
@@ -85,10 +87,11 @@ def _seen_through(outlines: Outlines, inner: int, around: int) -> bool:
     disc or a square does not. Letters have uneven holes too: they are small, or far from convex.
     """
     contours = outlines.of((around,))
-    if len(contours) > LATTICE and _thinness(contours) < THIN:
-        return True  # lines that cross, as of a drawing by pen
     outer = contours[0]
     filled = max(abs(outer.area), 1.0)
+    lines = len(contours) > LATTICE and _thinness(contours) < THIN
+    if lines and outlines.regions.sizes[around] <= MOST_LINES * filled:
+        return True  # lines that cross, as of a drawing by pen
     share = float(outlines.regions.sizes[inner]) / filled
     distance = _distances(outlines.outer(inner).points, outer.points)
     unevenness = float(distance.std() / max(float(distance.mean()), 1e-9))

@@ -209,6 +209,13 @@ def test_crossing_lines_are_one_layer_over_the_page() -> None:
     check(picture((lines, BLUE)), (lines, BLUE))
 
 
+def test_white_marks_among_many_on_a_plate_are_shapes() -> None:
+    marks = [(box(16, y, 80, y + 5), WHITE if y in (29, 65) else BLUE) for y in range(17, 80, 12)]
+    layers = found(picture((box(8, 8, 88, 88), RED), *marks))
+    assert len(marks) == 6 and len(layers) == 7
+    assert sum(np.abs(color - WHITE).max() < 0.02 for _, color in layers) == 2
+
+
 def test_many_shapes_of_one_color_are_not_looked_at_in_pairs() -> None:
     """The time of many letters or pixels grows with their number, not with that of their pairs."""
     dots = [disc(8 + 10 * i, 8 + 10 * j, 3) for i in range(9) for j in range(9)]
