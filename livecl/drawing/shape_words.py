@@ -22,6 +22,8 @@ SHAPE_WORDS = ("dot", "circle", "oval", "ring", "square", "rectangle", "bar", "f
 ROUND, ROUND_MORE = 0.03, 0.15
 #: Share of its box that a rectangle fills, and of the area within three of its corners that a triangle does.
 FULL, TRIANGLE = 0.93, (0.88, 1.12)
+#: Largest distance of an outline from the sides of such a triangle, in roots of its area.
+BESIDE = 0.12
 #: Ratios of the sides up to which it is a circle or a square, and from which a rectangle is a bar.
 EQUAL_SIDES, BAR = 1.1, 4.0
 #: Share of the canvas up to which a round shape is a dot.
@@ -80,8 +82,19 @@ def _outline_word(points: FloatArray, area: float) -> str:
     first = points[int(np.argmax(np.hypot(*(points - points.mean(axis=0)).T)))]
     second = points[int(np.argmax(np.hypot(*(points - first).T)))]
     third = points[int(np.argmax(np.abs(bezier.cross(points - first, second - first))))]
-    corners = abs(float(bezier.cross(second - first, third - first))) / 2
-    return "triangle" if TRIANGLE[0] * corners <= area <= TRIANGLE[1] * corners else "shape"
+    corners = np.array([first, second, third])
+    whole = abs(float(bezier.cross(second - first, third - first))) / 2
+    near = _distances(points, corners).max() <= BESIDE * np.sqrt(area)
+    return "triangle" if near and TRIANGLE[0] * whole <= area <= TRIANGLE[1] * whole else "shape"
+
+
+def _distances(points: FloatArray, corners: FloatArray) -> FloatArray:
+    """Return the distances of points (n, 2) from the nearest side of a closed polygon (m, 2)."""
+    sides = np.roll(corners, -1, axis=0) - corners
+    offsets = points[:, None] - corners
+    along = (offsets * sides).sum(axis=2) / np.maximum((sides**2).sum(axis=1), 1e-12)
+    rest = offsets - np.clip(along, 0, 1)[..., None] * sides
+    return np.asarray(np.hypot(rest[..., 0], rest[..., 1]).min(axis=1))
 
 
 def _area(points: FloatArray) -> float:
