@@ -236,7 +236,7 @@ def place(run: Work, count: int, stage: int) -> int:
     placed = placement.drawing.num_layers
     if placed:
         state.add(placement.drawing.replace(stages=np.full(placed, stage)), placement.order)
-        if run.options.placement == "region":
+        if run.options.placement == "region" and state.drawing.background is not None:
             fill(run, placement.order >= state.drawing.num_layers - placed)
         if placement.weight is not None:
             state.kept_weight = placement.weight

@@ -158,16 +158,6 @@ def test_soft_alpha_is_as_close_over_every_background_as_opaque_paths_on_white(
         assert mse(_over(rendered, ground), _over(target, ground)) <= 1.2 * on_white
 
 
-@pytest.mark.parametrize("picture", [_discs, _shadow])
-def test_gradients_of_alpha_are_closer_than_steps_of_it(
-    picture: Callable[[], NDArray[np.float32]], device: int
-) -> None:
-    solid, auto = (livecl.vectorize(picture(), 8, options=Options(fills=f), device=device) for f in ("solid", "auto"))
-    assert auto.drawing.fills.any_gradients
-    assert np.ptp(auto.drawing.fills.stop_colors[:, 3]) > 0.2
-    assert auto.mse < 0.7 * solid.mse
-
-
 def test_training_minimizes_what_is_seen(device: int) -> None:
     image = _shadow()
     losses: list[float] = []

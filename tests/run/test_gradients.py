@@ -111,6 +111,16 @@ def test_alpha_that_fades_is_one_layer(device: int) -> None:
     assert result.mse < 5e-5
 
 
+@pytest.mark.parametrize("background", [(1.0, 1.0, 1.0), None])
+def test_regions_over_nothing_wait_for_the_revision(background: tuple[float, float, float] | None, device: int) -> None:
+    """Paint adds alpha and cannot take it away: what a gradient covers too much, no further path mends."""
+    drawing = two().replace(background=background)
+    image = livecl.render(drawing, device, straight=True)
+    options = dataclasses.replace(OPTIONS, placement="region")
+    result = vectorize(image, 2, options=options, device=device)
+    assert result.drawing.fills.any_gradients == (background is not None)
+
+
 def test_solid_asks_for_none(device: int) -> None:
     options = dataclasses.replace(OPTIONS, fills="solid")
     result = vectorize(picture(two(), device), 4, options=options, device=device)
