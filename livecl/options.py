@@ -154,7 +154,7 @@ class Options:
     strokes: Literal["off", "auto", "only"] = _option(
         "off",
         "Draw line art as strokes along centre lines. auto: where strokes explain most of the ink, with fills for the "
-        "rest; only: strokes alone",
+        "rest, and thin layers of other drawings; only: strokes alone",
     )
     variant: Literal["paper", "released"] = _option(
         "paper",

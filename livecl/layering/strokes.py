@@ -46,6 +46,8 @@ class StrokeRules:
         Share of a spot and a dot, or a short line with round ends, that is in both: from it on they are the same.
     clear : float
         Share of a closed line that must lie on an ellipse which takes its place.
+    widest : float
+        Width of a line in widths of the picture (the shorter side), at most, with the option `strokes` auto.
     dot : float
         Diameter of a dot in widths of the widest line, at most, with the option `strokes` auto; larger ones are discs.
     evenness : float
@@ -66,6 +68,7 @@ class StrokeRules:
     branch: float = 1.0
     roundness: float = 0.85
     clear: float = 0.85
+    widest: float = 0.1
     dot: float = 2.5
     evenness: float = 0.3
     same_width: float = 1.3
@@ -77,13 +80,29 @@ RULES = StrokeRules()
 
 
 @dataclasses.dataclass(frozen=True)
-class _Line:
-    points: FloatArray  # (s, 3, 2)
+class Line:
+    """A line of ink.
+
+    Attributes
+    ----------
+    points : (s, 3, 2) float64
+        Rows of its path; the last one of an open line is its end.
+    closed : bool
+        Whether its end is its beginning.
+    width, length : float
+        Of the ink and along the path, px.
+    ends : pair of (2,) float64
+        Directions in which the ends leave the line.
+    is_spot : bool
+        Whether it is a dot, or hardly longer than wide.
+    """
+
+    points: FloatArray
     closed: bool
     width: float
     length: float
-    ends: tuple[FloatArray, FloatArray]  # directions in which the ends leave the line
-    is_spot: bool = False  # a dot, or hardly longer than wide
+    ends: tuple[FloatArray, FloatArray]
+    is_spot: bool = False
 
 
 def find_strokes(context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES) -> Drawing:
@@ -115,15 +134,18 @@ def find_strokes(context: Context, background: NDArray[Any] | None, rules: Strok
     all_lines = []
     for _, coverage in inks:
         context.check()
-        all_lines.append(_lines(coverage, rules))
-    widest = max((line.width for lines in all_lines for line in lines if not line.is_spot), default=0.0)
-    largest = np.inf if context.options.strokes == "only" else rules.dot * widest
+        all_lines.append(lines_of(coverage, rules))
+    most_wide = most_dot = np.inf
+    if context.options.strokes != "only":
+        most_wide = rules.widest * min(size)
+        widths = [line.width for lines in all_lines for line in lines if not line.is_spot and line.width <= most_wide]
+        most_dot = rules.dot * max(widths, default=0.0)
     for (ink, coverage), some in zip(inks, all_lines, strict=True):
-        lines = [line for line in some if not line.is_spot or line.width <= largest]
+        lines = [line for line in some if line.width <= (most_dot if line.is_spot else most_wide)]
         total += float(coverage[coverage > 0.1].sum())
         color = np.append(ink, 1.0) if len(ink) == 3 else np.append(ink[:3] / max(float(ink[3]), 1e-6), ink[3])
         for group in _groups(lines, rules):
-            layer, cover = _best_pen(context, group, np.clip(color, 0, 1), coverage, nothing)
+            layer, cover = best_pen(context, group, np.clip(color, 0, 1), coverage, nothing)
             found = concatenate(found, layer)
             explained += float(np.minimum(cover, coverage).sum())
     wanted = 0.0 if context.options.strokes == "only" else rules.explained
@@ -172,7 +194,7 @@ def _between(color: FloatArray, paper: FloatArray, ink: FloatArray) -> float:
     return float(np.linalg.norm(color - paper - share * along))
 
 
-def _lines(coverage: FloatArray, rules: StrokeRules) -> list[_Line]:
+def lines_of(coverage: FloatArray, rules: StrokeRules) -> list[Line]:
     """Return the lines of one ink; what is too uneven is none."""
     smooth = ndimage.gaussian_filter(coverage, rules.blur)
     fine = ndimage.zoom(smooth, rules.oversampling, order=1, grid_mode=True, mode="nearest") > 0.5
@@ -196,7 +218,7 @@ def _lines(coverage: FloatArray, rules: StrokeRules) -> list[_Line]:
         rows = fit_line(points, rules.distance, max(2.0, 2.5 * radius), line.closed) if oval is None else oval
         steps = points[0] - points[min(3, len(points) - 1)], points[-1] - points[-min(4, len(points))]
         ends = tuple(step / max(float(np.hypot(*step)), 1e-9) for step in steps)
-        lines.append(_Line(rows, line.closed, 2 * radius, length, (ends[0], ends[1])))
+        lines.append(Line(rows, line.closed, 2 * radius, length, (ends[0], ends[1])))
     boxes = ndimage.find_objects(shapes)
     spots = [_spot(shapes[box] == number, box, rules) for number, box in enumerate(boxes, 1) if not drawn[number]]
     return lines + [spot for spot in spots if spot is not None]
@@ -232,7 +254,7 @@ def _oval(points: FloatArray, rules: StrokeRules) -> FloatArray | None:
     return None
 
 
-def _spot(mask: NDArray[np.bool_], box: tuple[slice, slice], rules: StrokeRules) -> _Line | None:
+def _spot(mask: NDArray[np.bool_], box: tuple[slice, slice], rules: StrokeRules) -> Line | None:
     """Return the dot, or the short line with round ends, that a shape is, given within its box; None where it is none.
 
     Of a line of length l and radius r, the area is pi r^2 + 2 l r, and the variance along it exceeds the one across by
@@ -256,7 +278,7 @@ def _spot(mask: NDArray[np.bool_], box: tuple[slice, slice], rules: StrokeRules)
     origin = np.array([box[1].start, box[0].start])
     start, end = ((origin + center + side * half) / rules.oversampling for side in (-1, 1))
     rows = np.stack([np.stack([start, start + (end - start) / 3, end - (end - start) / 3]), np.stack([end] * 3)])
-    return _Line(
+    return Line(
         rows, False, 2 * radius / rules.oversampling, length / rules.oversampling, (-axes[:, 1], axes[:, 1]), True
     )
 
@@ -273,9 +295,9 @@ def _smoothed(line: CenterLine, rules: StrokeRules) -> FloatArray:
     return np.asarray(points[:: max(1, rules.oversampling // 2)])
 
 
-def _groups(lines: list[_Line], rules: StrokeRules) -> list[list[_Line]]:
+def _groups(lines: list[Line], rules: StrokeRules) -> list[list[Line]]:
     """Return lines of one width together, the widest first."""
-    groups: list[list[_Line]] = []
+    groups: list[list[Line]] = []
     for line in sorted(lines, key=lambda line: -line.width):
         if groups and groups[-1][0].width <= rules.same_width * line.width:
             groups[-1].append(line)
@@ -284,8 +306,8 @@ def _groups(lines: list[_Line], rules: StrokeRules) -> list[list[_Line]]:
     return groups
 
 
-def _best_pen(
-    context: Context, lines: list[_Line], color: FloatArray, coverage: FloatArray, canvas: Drawing
+def best_pen(
+    context: Context, lines: list[Line], color: FloatArray, coverage: FloatArray, canvas: Drawing
 ) -> tuple[Drawing, FloatArray]:
     """Return lines as a layer, with the caps and joins that cover the ink best, and what they cover (H, W)."""
     width = float(np.average([line.width for line in lines], weights=[line.length + line.width for line in lines]))
@@ -307,7 +329,7 @@ def _best_pen(
     return layer, cover
 
 
-def _extended(line: _Line, by: float) -> FloatArray:
+def _extended(line: Line, by: float) -> FloatArray:
     """Return a line's rows, its ends moved outwards."""
     if line.closed or not by:
         return line.points

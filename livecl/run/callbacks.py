@@ -21,7 +21,7 @@ class Step:
 
     Attributes
     ----------
-    kind : "refine", "stroke", "grow", "revise" or "recolor"
+    kind : "refine", "stroke", "grow", "thin", "revise" or "recolor"
         Kind of the stage: it trains the start drawing, draws strokes, adds paths, replaces the least useful ones, or
         trains outlines in the few colours that are left.
     stage, num_stages : int
@@ -46,9 +46,9 @@ class Step:
 
     @property
     def name(self) -> str:
-        """Name of the stage under way: "stage 2/4", "revision 1" or "recoloring"."""
-        if self.kind == "recolor":
-            return "recoloring"
+        """Name of the stage under way: "stage 2/4", "thin layers", "revision 1" or "recoloring"."""
+        if self.kind in ("thin", "recolor"):
+            return "thin layers" if self.kind == "thin" else "recoloring"
         phase = self._run.plan[self.stage]
         if isinstance(phase, Revise):
             return f"revision {phase.number + 1}"

@@ -23,7 +23,7 @@ from livecl.layering.redrawing import redrawn
 from livecl.run.work import Work
 from livecl.training.state import FREE, KEPT
 
-Kind = Literal["refine", "stroke", "grow", "revise", "recolor"]
+Kind = Literal["refine", "stroke", "grow", "thin", "revise", "recolor"]
 
 
 class Phase(Protocol):
@@ -198,6 +198,35 @@ class Revise:
 
 
 @dataclasses.dataclass(frozen=True)
+class Thin:
+    """Explain thin layers as strokes, and train them."""
+
+    kind: ClassVar[Kind] = "thin"
+
+    def begin(self, run: Work) -> bool:
+        """Replace the layers; False where none is a stroke at a lower price."""
+        from livecl.layering.thinning import thinned  # loads SciPy
+
+        state = run.state
+        before = state.drawing
+        changed = thinned(run, before, state.free)
+        if changed is before:
+            state.stage += 1
+            return False
+        run.remember()
+        new = changed.strokes.widths != before.strokes.widths
+        state.replace_layers(changed, np.where(new, -1, np.arange(changed.num_layers)))
+        return True
+
+    def end(self, run: Work) -> bool:
+        """Keep the strokes if the error that they have added is worth the numbers that they have saved."""
+        from livecl.layering.thinning import worth
+
+        fallback = run.progress.fallback
+        return run.keep_if_better(rise=0.0 if fallback is None else worth(fallback.drawing, run.state.drawing))
+
+
+@dataclasses.dataclass(frozen=True)
 class Recolor:
     """Leave as many colours as `Options.colors` asks for, and train outlines with these."""
 
@@ -219,13 +248,14 @@ def plan_of(schedule: Sequence[int], revisions: int, strokes: str = "off", recol
     One for each stage of the schedule, of which 0 refines, then revisions; strokes are drawn before paths
     are added, or in place of them; where the number of colours is limited, they are chosen at the end.
     """
-    last = [Recolor()] if recolors else []
+    last: list[Phase] = [Recolor()] if recolors else []
     stages: list[Phase] = [Grow(count) if count else Refine() for count in schedule]
     if strokes != "off":
         first = next((index for index, phase in enumerate(stages) if isinstance(phase, Grow)), len(stages))
         stages[first:first] = [Stroke(), Redraw()]
         if strokes == "only":
             return (*stages[: first + 2], *last)
+        stages.append(Thin())
     return (*stages, *(Revise(number) for number in range(revisions)), *last)
 
 

@@ -46,7 +46,7 @@ class Run(Work):
         super().__init__(image, progress, device, check)
         recolors = bool(self.options.colors and not self.options.palette)
         self.plan = plan_of(progress.schedule, self.options.revisions, self.options.strokes, recolors)
-        self.num_stages = sum(phase.kind not in ("revise", "recolor") for phase in self.plan)
+        self.num_stages = sum(phase.kind not in ("thin", "revise", "recolor") for phase in self.plan)
 
     def warm_up(self) -> None:
         """Compile the kernels of a step: runtimes compile a kernel when it is first launched."""

@@ -84,12 +84,15 @@ class Work(Context):
         """Make the drawing the fallback of the phase that begins."""
         self.progress.fallback = self.state.fall_back(self.visible_mse(self.state.drawing))
 
-    def keep_if_better(self, improvement: float = 0.0) -> bool:
-        """Return whether the drawing's error is lower, by a share, than that of the fallback, which it else becomes."""
+    def keep_if_better(self, improvement: float = 0.0, rise: float = 0.0) -> bool:
+        """Return whether the drawing's error is lower than that of the fallback, which it else becomes.
+
+        By a share of it; or higher by less than `rise`.
+        """
         state, fallback = self.state, self.progress.fallback
         if fallback is None:
             raise ValueError("the phase has no drawing to fall back to")
-        kept = self.visible_mse(state.drawing) < fallback.error * (1 - improvement)
+        kept = self.visible_mse(state.drawing) < fallback.error * (1 - improvement) + rise
         if not kept:
             state.restore(fallback)
             state.pieces = self.rasterizer.pieces(state.drawing)

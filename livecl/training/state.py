@@ -179,6 +179,8 @@ class State:
             moments.forget(sources < 0)
         self.holds = np.where(sources < 0, FREE, self.holds[sources]).astype(np.int8)
         self.fills = self.fills.followed(self.drawing.fills, drawing.fills, sources)
+        if self.hidden is not None and len(self.hidden) == self.drawing.num_segments:
+            self.hidden = self.hidden[segments] & (segments >= 0)[:, None]
         self.drawing = drawing
         self.pieces = np.ones(drawing.num_segments, np.int32)  # until they are chosen
 

@@ -17,7 +17,7 @@ from livecl import Options, Rasterizer, Step, vectorize
 from livecl.drawing import Fills
 from livecl.image.reading import premultiplied
 from livecl.run.loop import train
-from livecl.run.phases import Grow, Recolor, Redraw, Refine, Revise, Stroke, fill, place, plan_of
+from livecl.run.phases import Grow, Recolor, Redraw, Refine, Revise, Stroke, Thin, fill, place, plan_of
 from livecl.run.progress import Progress
 from livecl.run.run import Run
 from livecl.views.course import Course
@@ -33,7 +33,7 @@ def end_of_phase(run: Run) -> bool:
 def test_the_plan_of_a_schedule() -> None:
     assert plan_of((0, 2, 3), 2) == (Refine(), Grow(2), Grow(3), Revise(0), Revise(1))
     assert [phase.kind for phase in plan_of((0, 1), 1)] == ["refine", "grow", "revise"]
-    assert plan_of((2,), 1, "auto", True) == (Stroke(), Redraw(), Grow(2), Revise(0), Recolor())
+    assert plan_of((2,), 1, "auto", True) == (Stroke(), Redraw(), Grow(2), Thin(), Revise(0), Recolor())
     assert plan_of((2,), 1, "only", True) == (Stroke(), Redraw(), Recolor())
 
 
