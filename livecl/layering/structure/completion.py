@@ -10,13 +10,13 @@ Shipley 1991).
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from livecl.geometry.crossings import polygon_crossing_area
+from livecl.layering.structure.continuations import Gap, bridges, curves, direction_at_end, tangent
 from livecl.layering.structure.contours import AFTER, BEFORE, COMPLETED, Contour, Outlines
 from livecl.layering.structure.prices import Prices, outline_price, signed_area
 from livecl.layering.structure.primitives import FARTHEST, fitted_primitive
@@ -24,8 +24,6 @@ from livecl.layering.structure.primitives import FARTHEST, fitted_primitive
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
-#: Start and end of a gap with the directions in which the outline runs there; None where it is too short to tell.
-Gap = tuple[FloatArray, FloatArray | None, FloatArray, FloatArray | None]
 
 #: Points of the shortest gap; points from which the direction of an end is fitted.
 SHORTEST_GAP, FITTED = 3, 12
@@ -35,8 +33,6 @@ REACH = 16
 COVERED = 0.97
 #: Longest gaps of a join, as a share of the outlines joined, or of one outline cut in two by it.
 LONGEST_GAP, LONGEST_CUT = 0.6, 0.5
-#: Cosine of the largest angle between an end and the way to the other end; shorter gaps than this, px, need not comply.
-AHEAD, SHORT = 0.75, 4.0
 #: Area px^2 that a completed outline may wind around otherwise than a simple one: where made-up curves cross it has two
 #: lobes, of which its path would keep the larger.
 MOST_CROSSED = 1.0
@@ -67,25 +63,45 @@ def completed(
         What is paid for.
     """
     closed, price = _gaps_closed(contour, below, room, outlines, prices)
-    whole = _primitive(contour, below, room, outlines)
-    if whole is not None:
-        grown = max(0.0, abs(whole.area) - abs(contour.area))
-        hidden = prices.hidden * float(np.log1p(grown / abs(contour.area)))
-        cost = outline_price(whole.points, prices) + hidden - prices.primitive
-        if cost < price - (prices.saving if closed is contour else 0.0):
-            return whole, cost
+    hidden = below[contour.across]
+    if hidden.any() and not hidden.all():
+        seen = ~(hidden | np.roll(hidden, 2) | np.roll(hidden, -2))
+        whole = _around(contour, fitted_primitive(contour.points[seen]), below, room, outlines)
+        if whole is not None:
+            cost = _whole_price(whole, contour, prices) - prices.primitive
+            if cost < price - (prices.saving if closed is contour else 0.0):
+                return whole, cost
     return closed, price
 
 
-def _primitive(contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines) -> Contour | None:
-    """Return the circle or ellipse that the visible part of a contour lies on, hidden where it was not seen."""
+def filled_out(contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices) -> Contour:
+    """Return a completed contour; the convex hull of its visible part, below the rest, where no gap closes by itself.
+
+    That hull is what several gaps become together, such as those that a lattice leaves. It is no evidence of order: any
+    region has one. Arguments as of :func:`completed`.
+    """
+    whole, price = completed(contour, below, room, outlines, prices)
     hidden = below[contour.across]
-    if not hidden.any() or hidden.all():
-        return None
-    seen = ~(hidden | np.roll(hidden, 2) | np.roll(hidden, -2))
-    points = fitted_primitive(contour.points[seen])
+    if whole is contour and hidden.any() and not hidden.all():
+        hull = _around(contour, _hull(contour.points[~hidden]), below, room, outlines)
+        if hull is not None and _whole_price(hull, contour, prices) < price - prices.saving:
+            return hull
+    return whole
+
+
+def _whole_price(whole: Contour, seen: Contour, prices: Prices) -> float:
+    """Return the price of the whole outline of a contour, its hidden area included."""
+    grown = max(0.0, abs(whole.area) - abs(seen.area))
+    return outline_price(whole.points, prices) + prices.hidden * float(np.log1p(grown / abs(seen.area)))
+
+
+def _around(
+    contour: Contour, points: FloatArray | None, below: BoolArray, room: BoolArray, outlines: Outlines
+) -> Contour | None:
+    """Return a closed polyline (n, 2), if any, as the whole outline of a contour: hidden where it was not seen."""
     if points is None:
         return None
+    hidden = below[contour.across]
     if signed_area(points) * contour.area < 0:
         points = points[::-1].copy()
     distance, nearest = cKDTree(contour.points[~hidden]).query(points)
@@ -94,6 +110,18 @@ def _primitive(contour: Contour, below: BoolArray, room: BoolArray, outlines: Ou
         return None
     across = np.where(made_up, COMPLETED, contour.across[~hidden][nearest])
     return Contour(points, across, np.zeros(len(points), np.int64))
+
+
+def _hull(points: FloatArray) -> FloatArray | None:
+    """Return the convex hull of points (n, 2) as a closed polyline at steps of about 1 px; None of a line."""
+    try:
+        corners = points[ConvexHull(points).vertices]
+    except QhullError:
+        return None
+    sides = np.roll(corners, -1, axis=0) - corners
+    counts = np.maximum(1, np.round(np.hypot(*sides.T)).astype(np.int64))
+    at = np.concatenate([np.arange(count) / count for count in counts])
+    return np.asarray(np.repeat(corners, counts, axis=0) + at[:, None] * np.repeat(sides, counts, axis=0))
 
 
 def _gaps_closed(
@@ -114,7 +142,7 @@ def _gaps_closed(
         best = None
         if len(contour) - length >= 3 and not _silhouette(contour, start, length):
             kept = _others(contour, start, length)
-            for curve in _curves(_gap(contour, start, length)):
+            for curve in curves(_gap(contour, start, length)):
                 if outlines.share_in(curve, room) < COVERED:
                     continue
                 closed = _spliced((contour, kept, curve))
@@ -142,7 +170,7 @@ def joined(
         if min(left) < 4:
             continue
         gap, gap2 = _gap(first, start, length), _gap(second, start2, length2)
-        for bridge, back in _bridges(gap, gap2, LONGEST_GAP * sum(left)):
+        for bridge, back in bridges(gap, gap2, LONGEST_GAP * sum(left)):
             if min(outlines.share_in(bridge, room), outlines.share_in(back, room)) < COVERED:
                 continue
             whole = _spliced(
@@ -168,7 +196,7 @@ def cut_in_two(
         if min(len(inner), len(outer)) < 4:
             continue
         gap, gap2 = _gap(contour, start, length), _gap(contour, start2, length2)
-        for bridge, back in _bridges(gap, gap2, LONGEST_CUT * count):
+        for bridge, back in bridges(gap, gap2, LONGEST_CUT * count):
             if min(outlines.share_in(bridge, room), outlines.share_in(back, room)) < COVERED:
                 continue
             two = [_spliced((contour, inner, back)), _spliced((contour, outer, bridge))]
@@ -235,34 +263,6 @@ def _gap(contour: Contour, start: int, length: int) -> Gap:
     return points[(start - 1) % count], enter, points[(start + length) % count], None if leave is None else -leave
 
 
-def direction_at_end(points: FloatArray) -> FloatArray | None:
-    """Return the unit vector of a run of points (n, 2) at its last one, from a parabola fitted to it, if it has one."""
-    found = _tangent(points)
-    return None if found is None else found[0]
-
-
-def _tangent(points: FloatArray) -> tuple[FloatArray, float] | None:
-    """Direction of a run of points at its last one, a unit vector, and its curvature, 1/px: of a parabola fitted to it.
-
-    Of fewer than seven points, a line: no curvature.
-    """
-    if len(points) < 2:
-        return None
-    bend = np.zeros(2)
-    if len(points) < 3:
-        slope = points[-1] - points[0]
-    else:
-        t = np.arange(1.0 - len(points), 1.0)
-        fitted = np.polyfit(t, points, 1 if len(points) < 7 else 2)
-        slope = fitted[-2]
-        if len(points) >= 7:
-            bend = 2 * fitted[0]
-    length = float(np.hypot(*slope))
-    if length <= 1e-9:
-        return None
-    return slope / length, float(slope[0] * bend[1] - slope[1] * bend[0]) / length**3
-
-
 def _accidents(contour: Contour, start: int, length: int, curve: FloatArray) -> float:
     """Angle, radians, by which an outline turns, or begins to turn, just where a run of it gives way to a curve (n, 2).
 
@@ -277,60 +277,8 @@ def _accidents(contour: Contour, start: int, length: int, curve: FloatArray) -> 
     for indices, made in (((start - 1 - steps) % count, curve), ((start + length + steps) % count, curve[::-1])):
         seen = points[indices]
         hidden = np.concatenate([seen[:1], made[:REACH]])
-        out, back = _tangent(seen[::-1]), _tangent(hidden[::-1])
+        out, back = tangent(seen[::-1]), tangent(hidden[::-1])
         if out is None or back is None:
             continue
         total += float(np.arccos(np.clip(-(out[0] @ back[0]), -1, 1))) + abs(out[1] + back[1]) * len(curve) / 2
     return total
-
-
-def _curves(gap: Gap) -> Iterator[FloatArray]:
-    """Yield the curves that may close a gap: points without its ends."""
-    start, enter, end, leave = gap
-    yield line(start, end)
-    if enter is None or leave is None:
-        return
-    yield smooth(start, enter, end, leave)
-    determinant = enter[0] * leave[1] - enter[1] * leave[0]
-    if abs(determinant) < 0.2:
-        return
-    way = end - start
-    ahead = (way[0] * leave[1] - way[1] * leave[0]) / determinant
-    back = (enter[0] * way[1] - enter[1] * way[0]) / determinant
-    if ahead >= 0 and back >= 0 and max(ahead, back) <= 3 * np.hypot(*way) + 3:
-        corner = start + ahead * enter
-        yield np.concatenate([line(start, corner), corner[None], line(corner, end)])
-
-
-def _bridges(gap: Gap, other: Gap, longest: float) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield pairs of curves, from the start of one gap to the end of the other and back, where the ends relate."""
-    (start, enter, end, leave), (start2, enter2, end2, leave2) = gap, other
-    if enter is None or leave is None or enter2 is None or leave2 is None:
-        return
-    ways = end2 - start, end - start2
-    lengths = [float(np.hypot(*way)) for way in ways]
-    if sum(lengths) > longest:
-        return
-    for way, length, a, b in zip(ways, lengths, (enter, enter2), (leave2, leave), strict=True):
-        if length > SHORT and min(a @ way, b @ way) < AHEAD * length:
-            return
-    yield line(start, end2), line(start2, end)
-    yield smooth(start, enter, end2, leave2), smooth(start2, enter2, end, leave)
-
-
-def line(start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return points (n, 2) between two others, px, at steps of about 1 px, without the two."""
-    count = max(2, int(np.hypot(*(end - start))))
-    return np.asarray(start + (end - start) * np.linspace(0, 1, count + 1)[1:-1, None])
-
-
-def smooth(start: FloatArray, enter: FloatArray, end: FloatArray, leave: FloatArray) -> FloatArray:
-    """Return points of a cubic with the directions of its ends, without these; an arc where both turn alike."""
-    way = end - start
-    distance = float(np.hypot(*way))
-    unit = way / max(distance, 1e-9)
-    turn = float(np.arccos(np.clip(unit @ enter, -1, 1)) + np.arccos(np.clip(unit @ leave, -1, 1))) / 2
-    handle = distance * min(1.5, 2 / 3 / (1 + np.cos(turn)) if turn < 2.4 else 1.0)
-    t = np.linspace(0, 1, max(4, int(1.5 * distance)) + 1)[1:-1, None]
-    first, second = start + handle * enter, end - handle * leave
-    return np.asarray((1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * first + 3 * (1 - t) * t**2 * second + t**3 * end)

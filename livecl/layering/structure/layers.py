@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.layering.structure.completion import completed, cut_in_two, joined, trapped
+from livecl.layering.structure.completion import completed, cut_in_two, filled_out, joined, trapped
 from livecl.layering.structure.contours import Contour, Outlines
 from livecl.layering.structure.depth import (
     Pairs,
@@ -275,7 +275,7 @@ class _Scene:
             for contour in contours:
                 if below[contour.across].all() and contour.is_hole_of(contours[0]):
                     continue
-                whole, _ = completed(contour, below, room, self.outlines, self.prices)
+                whole = filled_out(contour, below, room, self.outlines, self.prices)
                 if not self.outlines.keeps(self.shapes[k].shown, contour, whole):
                     whole = contour
                 polylines.append(trapped(whole, below, room, self.outlines))

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from livecl.geometry.corners import find_corners, noise_of
-from livecl.layering.structure.completion import completed, direction_at_end, line, smooth
+from livecl.layering.structure.completion import completed
+from livecl.layering.structure.continuations import direction_at_end, line, smooth
 from livecl.layering.structure.contours import COMPLETED, Contour, Outlines
 from livecl.layering.structure.depth import ground_regions
 from livecl.layering.structure.flat import FlatRegions

@@ -14,7 +14,7 @@ from skimage.draw import polygon2mask
 
 from livecl import read_image
 from livecl.geometry.crossings import polygon_crossing_area
-from livecl.layering.structure.completion import completed
+from livecl.layering.structure.completion import completed, filled_out
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.depth import few_alike
 from livecl.layering.structure.flat import flat_regions
@@ -105,6 +105,21 @@ def test_an_outline_that_turns_just_where_it_disappears_pays_for_it() -> None:
     cut, _ = completed(outlines.outer(red), below, room, outlines, dataclasses.replace(PRICES, accident=0.0))
     assert abs(whole.area) > 0.98 * 60 * 54
     assert abs(cut.area) < 0.95 * 60 * 54  # a line from where the board disappears to where it comes back
+
+
+def test_a_shape_whose_gap_does_not_close_by_itself_is_as_convex_as_it_may_be() -> None:
+    whole = box(18, 20, 78, 76)
+    image = picture((whole, RED), (whole & disc(70, 48, 34), BLUE))  # one silhouette: a bay on the left, and the rest
+    outlines = Outlines(flat_regions(image))
+    red, blue = (int(outlines.regions.labels[48, column]) for column in (22, 60))
+    below = outlines.marks([blue])
+    arguments = below, outlines.room([red], below), outlines, PRICES
+    bay = outlines.outer(red)
+    assert completed(bay, *arguments)[0] is bay
+    # Up to the line through the ends of the bay, where the disc's rim meets the sides of the box. Two pixels before
+    # these its tips are narrower than a pixel.
+    width = 70 - np.sqrt(34**2 - 28**2) - 18
+    assert abs(filled_out(bay, *arguments).area) == pytest.approx(width * 56, abs=2 * 56)
 
 
 def test_the_ground_is_seen_between_two_arms_that_meet_on_a_third() -> None:

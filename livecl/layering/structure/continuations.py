@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Good continuation: directions in which outlines end, and the curves by which they may go on from one end to another.
+
+Lines, smooth curves in the directions of both ends, and corners in which their tangents meet ("relatable" ends: Kellman
+and Shipley 1991).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+#: Start and end of a gap with the directions in which the outline runs there; None where it is too short to tell.
+Gap = tuple[FloatArray, FloatArray | None, FloatArray, FloatArray | None]
+
+#: Cosine of the largest angle between an end and the way to the other end; shorter gaps than this, px, need not comply.
+AHEAD, SHORT = 0.75, 4.0
+
+
+def direction_at_end(points: FloatArray) -> FloatArray | None:
+    """Return the unit vector of a run of points (n, 2) at its last one, from a parabola fitted to it, if it has one."""
+    found = tangent(points)
+    return None if found is None else found[0]
+
+
+def tangent(points: FloatArray) -> tuple[FloatArray, float] | None:
+    """Direction of a run of points at its last one, a unit vector, and its curvature, 1/px: of a parabola fitted to it.
+
+    Of fewer than seven points, a line: no curvature.
+    """
+    if len(points) < 2:
+        return None
+    bend = np.zeros(2)
+    if len(points) < 3:
+        slope = points[-1] - points[0]
+    else:
+        t = np.arange(1.0 - len(points), 1.0)
+        fitted = np.polyfit(t, points, 1 if len(points) < 7 else 2)
+        slope = fitted[-2]
+        if len(points) >= 7:
+            bend = 2 * fitted[0]
+    length = float(np.hypot(*slope))
+    if length <= 1e-9:
+        return None
+    return slope / length, float(slope[0] * bend[1] - slope[1] * bend[0]) / length**3
+
+
+def curves(gap: Gap) -> Iterator[FloatArray]:
+    """Yield the curves that may close a gap: points without its ends."""
+    start, enter, end, leave = gap
+    yield line(start, end)
+    if enter is None or leave is None:
+        return
+    yield smooth(start, enter, end, leave)
+    determinant = enter[0] * leave[1] - enter[1] * leave[0]
+    if abs(determinant) < 0.2:
+        return
+    way = end - start
+    ahead = (way[0] * leave[1] - way[1] * leave[0]) / determinant
+    back = (enter[0] * way[1] - enter[1] * way[0]) / determinant
+    if ahead >= 0 and back >= 0 and max(ahead, back) <= 3 * np.hypot(*way) + 3:
+        corner = start + ahead * enter
+        yield np.concatenate([line(start, corner), corner[None], line(corner, end)])
+
+
+def bridges(gap: Gap, other: Gap, longest: float) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield pairs of curves, from the start of one gap to the end of the other and back, where the ends relate."""
+    (start, enter, end, leave), (start2, enter2, end2, leave2) = gap, other
+    if enter is None or leave is None or enter2 is None or leave2 is None:
+        return
+    ways = end2 - start, end - start2
+    lengths = [float(np.hypot(*way)) for way in ways]
+    if sum(lengths) > longest:
+        return
+    for way, length, a, b in zip(ways, lengths, (enter, enter2), (leave2, leave), strict=True):
+        if length > SHORT and min(a @ way, b @ way) < AHEAD * length:
+            return
+    yield line(start, end2), line(start2, end)
+    yield smooth(start, enter, end2, leave2), smooth(start2, enter2, end, leave)
+
+
+def line(start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return points (n, 2) between two others, px, at steps of about 1 px, without the two."""
+    count = max(2, int(np.hypot(*(end - start))))
+    return np.asarray(start + (end - start) * np.linspace(0, 1, count + 1)[1:-1, None])
+
+
+def smooth(start: FloatArray, enter: FloatArray, end: FloatArray, leave: FloatArray) -> FloatArray:
+    """Return points of a cubic with the directions of its ends, without these; an arc where both turn alike."""
+    way = end - start
+    distance = float(np.hypot(*way))
+    unit = way / max(distance, 1e-9)
+    turn = float(np.arccos(np.clip(unit @ enter, -1, 1)) + np.arccos(np.clip(unit @ leave, -1, 1))) / 2
+    handle = distance * min(1.5, 2 / 3 / (1 + np.cos(turn)) if turn < 2.4 else 1.0)
+    t = np.linspace(0, 1, max(4, int(1.5 * distance)) + 1)[1:-1, None]
+    first, second = start + handle * enter, end - handle * leave
+    return np.asarray((1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * first + 3 * (1 - t) * t**2 * second + t**3 * end)
