@@ -38,10 +38,6 @@ LONGEST_GAP, LONGEST_CUT = 0.6, 0.5
 MOST_CROSSED = 1.0
 #: How far a shape goes on below one in front that it ends at, px.
 TRAP = 1.25
-#: Price by which another kind of curve must be better.
-BETTER = 0.05
-#: What joining one outline with itself may cost more: it makes a hole of what was a bay.
-CUT_PRICE = 0.8
 
 
 def completed(
@@ -149,7 +145,7 @@ def _gaps_closed(
                 grown = max(0.0, abs(closed.area) - area)
                 cost = outline_price(closed.points, prices) + prices.hidden * grown / area
                 accidents = prices.accident * _accidents(contour, start, length, curve)
-                if (best is None or cost + accidents < best[0] - BETTER) and _simple(closed):
+                if (best is None or cost + accidents < best[0] - prices.better) and _simple(closed):
                     best = cost + accidents, cost, closed
         if best is not None and best[1] < price - prices.saving:
             _, price, contour = best
@@ -178,7 +174,7 @@ def joined(
             )
             cost = outline_price(whole.points, prices)
             cost += prices.hidden * max(0.0, abs(whole.area) - seen) / seen
-            if (best is None or cost < best[1] - BETTER) and _simple(whole):
+            if (best is None or cost < best[1] - prices.better) and _simple(whole):
                 best = whole, cost
     return best
 
@@ -201,9 +197,9 @@ def cut_in_two(
                 continue
             two = [_spliced((contour, inner, back)), _spliced((contour, outer, bridge))]
             cost = sum(outline_price(part.points, prices) for part in two)
-            if (best is None or cost < best[1] - BETTER) and all(map(_simple, two)):
+            if (best is None or cost < best[1] - prices.better) and all(map(_simple, two)):
                 best = two, cost
-    if best is None or best[1] > completed(contour, below, room, outlines, prices)[1] + CUT_PRICE:
+    if best is None or best[1] > completed(contour, below, room, outlines, prices)[1] + prices.ring:
         return None
     return best[0]
 

@@ -36,6 +36,10 @@ class Prices:
         What a circle or an ellipse costs less than its turning.
     saving : float
         Least saving for which a shape is changed.
+    better : float
+        By which a less simple kind of curve must be cheaper: of line, smooth curve and corner the first comes first.
+    ring : float
+        What joining an outline with itself may cost more: it makes a hole of a bay.
     aligned : float
         What two simple parts of one colour that touch save for each whose outline goes on exactly where they do.
     sure : float
@@ -59,6 +63,8 @@ class Prices:
     accident: float = 0.5
     primitive: float = 0.5
     saving: float = 0.2
+    better: float = 0.05
+    ring: float = 0.8
     aligned: float = 1.5
     sure: float = 0.25
     hull: float = 0.7
