@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+from pathlib import Path
+
 import numpy as np
 import pytest
 from support.runs import QUICK, SMALL, new_run, started
@@ -120,3 +123,15 @@ def test_the_outcome_in_a_revision_holds_what_was_held_before_it(device: int) ->
     run.state.options = Options(placement="region", iterations=1, revisions=0, merge=False, prune=1.0)
     run.state.stage = len(run.plan)
     assert run.outcome().num_layers == 1, "the one that is kept, whatever it is worth"
+
+
+def test_outlines_placed_by_regions_are_cut_to_a_bleed_at_no_cost(device: int) -> None:
+    # Bands of a sunset go on far beyond the page, where no pixel holds them.
+    picture = Path(__file__).resolve().parents[2] / "examples" / "sunset.png"
+    options = Options(placement="region", fills="solid", iterations=60, revisions=1, simplify=False, primitives=False)
+    free, cut = (
+        vectorize(picture, 8, options=dataclasses.replace(options, trim=trim), device=device) for trim in (False, True)
+    )
+    beyond = [float(np.maximum(-run.drawing.points, run.drawing.points - 240).max()) for run in (free, cut)]
+    assert beyond[0] > 20 and beyond[1] <= 8  # the bleed is 4 px; outlines are cut from twice that on
+    assert cut.mse == pytest.approx(free.mse, rel=1e-3)
