@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Layers that do not overlap, for cutters and print: each is cut by those above it, but for a small trap.
 
-The curves are cut where they cross (Skia's path operations), so that what is seen of an outline stays the very curve.
-Printers call trap what goes on below a neighbour, so that no paper shines through where two colours meet.
+The curves are cut where they cross (Skia's path operations), so that the visible part of an outline stays its curve.
+A trap, in print, is the strip of a layer below its neighbour, so that no paper shows where two colours meet.
 """
 
 from __future__ import annotations

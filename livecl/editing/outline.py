@@ -35,7 +35,7 @@ class Fit:
     corner : float
         Numbers that a corner costs.
     smooth : float
-        Numbers that a smooth node saves, as a segment tells the direction of the next; twice so many at an extreme,
+        Numbers that a smooth node saves, as a segment tells the direction of the next; twice as many at an extreme,
         whose direction is known.
     level : float
         Largest distance, px, of a line that is made level or plumb.

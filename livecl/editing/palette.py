@@ -54,8 +54,8 @@ def with_few_colors(context: Context, drawing: Drawing, free: NDArray[np.bool_])
 class _Picture:
     """The squared error of a picture as a function of the colours c (n, 3) of some layers.
 
-    Their shares s (n, P) of the pixels' colours make the picture ``rest + s^T c``, so that with what is missing of the
-    target without them, d (P, 3), the error is ``tr(c^T A c) - 2 tr(c^T b)`` and a constant, where ``A = s s^T`` and
+    Their shares s (n, P) of the pixels' colours make the picture ``rest + s^T c``, so that with d (P, 3), the target
+    less the rest, the error is ``tr(c^T A c) - 2 tr(c^T b)`` and a constant, where ``A = s s^T`` and
     ``b = s d``. Without a background, an error of alpha e_a counts as in `livecl.image.errors.visible_error`: d is less
     by ``e_a / 2``.
     """
@@ -92,7 +92,7 @@ class _Picture:
 def fewest(picture: _Picture, colors: FloatArray, fixed: FloatArray) -> FloatArray:
     """Return the colours (n, 3) of layers, few of them, `fixed` (F, 3) among these, of least squared error.
 
-    Clusters of the colours by what is seen of each, then layers move from one cluster to another as long as the
+    Clusters of the colours by visible area, then layers move from one cluster to another as long as the
     picture's error falls, the best colours of the clusters being those of least squares.
     """
     weights = np.diag(picture.square)

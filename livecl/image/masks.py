@@ -73,8 +73,8 @@ def read_masks(source: str | os.PathLike[str]) -> Masks:
     ----------
     source : path
         A folder of pictures, one a mask, in the order of their names (numbers by value), which are those of the masks:
-        white is inside, or, in a picture with alpha, what is opaque. Or one picture, in which all pixels of one value
-        or colour are one mask, and black and clear ones are in none.
+        white is inside, or, in a picture with alpha, opaque pixels are. Or one picture, in which all pixels of one
+        value or colour are one mask, and black and clear ones are in none.
 
     Raises
     ------

@@ -134,7 +134,7 @@ def _even(points: FloatArray) -> FloatArray:
 
 
 def _color(image: NDArray[np.floating], seen: FloatArray, mask: NDArray[np.floating]) -> FloatArray:
-    """Return the colour (3,) of what is seen of a mask: the median where it is clear of edges, else the mean."""
+    """Return the colour (3,) of a mask's visible part: the median where it is clear of edges, else the mean."""
     alpha = image[..., 3] if image.shape[2] == 4 else np.ones(image.shape[:2])
     pixels = np.asarray(image[..., :3], dtype=np.float64)
     inner = ndimage.minimum_filter(seen, 3) >= CLEAR

@@ -195,7 +195,7 @@ def _between(color: FloatArray, paper: FloatArray, ink: FloatArray) -> float:
 
 
 def lines_of(coverage: FloatArray, rules: StrokeRules) -> list[Line]:
-    """Return the lines of one ink; what is too uneven is none."""
+    """Return the lines of one ink, without uneven shapes."""
     smooth = ndimage.gaussian_filter(coverage, rules.blur)
     fine = ndimage.zoom(smooth, rules.oversampling, order=1, grid_mode=True, mode="nearest") > 0.5
     shapes, num_shapes = ndimage.label(fine, np.ones((3, 3)))

@@ -55,7 +55,7 @@ class Guided:
     beginning: Beginning
 
     def start(self, device: int | str | None, control: Control) -> tuple[Beginning, Control]:
-        """Return the beginning of a run that refines the layers of all masks, and what is drawn within them.
+        """Return the beginning of a run that refines the layers of all masks, and the layers within them.
 
         `control` limits the runs within masks, whose checkpoint it is not; what it leaves of the time is returned.
         """
@@ -94,7 +94,7 @@ class Guided:
         share: NDArray[np.float32],
         surroundings: tuple[int | str | None, Control, float | None],
     ) -> Drawing | None:
-        """Return what the picture shows within what is seen, (H, W), of a layer, or of the ground; None for nothing."""
+        """Return the drawing within the visible part (H, W) of a layer, or of the ground; None for no layers."""
         device, control, end = surroundings
         if end is not None and time.monotonic() >= end:
             return None

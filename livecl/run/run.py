@@ -23,7 +23,7 @@ from livecl.training import step as training
 from livecl.training.ending import judge_progress
 from livecl.training.state import FREE, LOCKED
 
-#: Whole shapes are known from the start: a stage that others follow takes one step of so many.
+#: Divisor of the steps of a stage that others follow, in runs on whole shapes, which start close.
 EARLY_SHARE = 4
 
 

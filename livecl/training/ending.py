@@ -7,7 +7,7 @@ f the fall of the loss in one of the last steps, n more steps lower it by n f at
     f (length / 2 - iteration) < worth      the first half ends, and the second takes as many steps as it has taken;
     loss - f (length - iteration) / 2 > limit      the phase is given up.
 
-The half in the last line is what is left of n f in revisions that succeed.
+The half in the last line is the share of n f that successful revisions gain.
 """
 
 from __future__ import annotations

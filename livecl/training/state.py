@@ -119,7 +119,7 @@ class State:
         )
 
     def begin_phase(self, length: int) -> None:
-        """Go on at the first of so many steps."""
+        """Begin a phase of `length` steps."""
         self.iteration, self.length, self.losses = 0, length, ()
 
     @property

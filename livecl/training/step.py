@@ -40,7 +40,7 @@ def choose_pieces(state: State, rasterizer: Rasterizer) -> None:
 
 
 def hold_still(state: State, gradients: Gradients) -> None:
-    """Leave what is to stay without a gradient: locked layers, hidden points, colours of a palette.
+    """Clear the gradients of fixed parameters: locked layers, hidden points, colours of a palette.
 
     Moments that are zero stay zero.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Masks from files: folders and labels of any kind, and one clear line for what is no mask."""
+"""Masks from files: folders and labels of any kind, and one clear line for files that are none."""
 
 from __future__ import annotations
 

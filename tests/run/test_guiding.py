@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs guided by masks: groups, counts of paths, what lies outside, and what is refused."""
+"""Runs guided by masks: groups, counts of paths, the outside, and refusals."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SVG files that readers get wrong without a word, or refuse whole: each is right, or a warning says what is not."""
+"""SVG files that readers get wrong without a word, or refuse whole: each is right, or a warning says so."""
 
 from __future__ import annotations
 

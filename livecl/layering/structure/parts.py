@@ -42,7 +42,7 @@ ARM, LEAST_ARM, ON_LINE, OFF_LINE = 16, 3, 0.1, 0.4
 HALF = 0.5
 #: Cosine of the largest angle between the end of an outline and the way to where it goes on.
 AHEAD = 0.75
-#: Share of a continuation that must lie within what is not the ground.
+#: Share of a continuation that must lie within regions other than the ground.
 WITHIN = 0.97
 #: Price up to which a part is simple: a turn, four corners, and as much bending as an arc of 60 degrees has twice.
 SIMPLE = 2 * np.pi + 3.0
