@@ -28,14 +28,14 @@ The choice of corners (miter or not, number of lines of an arc) is held fixed in
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl.geometry.center_lines import CenterLines, center_lines
 
-__all__ = ["BEVEL", "BUTT", "CAPS", "JOINS", "MITER", "ROUND", "SQUARE", "StrokeOutlines", "outline_strokes"]
+__all__ = ["BEVEL", "BUTT", "CAPS", "JOINS", "MITER", "ROUND", "SQUARE", "Pens", "StrokeOutlines", "outline_strokes"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -118,15 +118,31 @@ class StrokeOutlines:
         return d_kept, np.bincount(strokes, size * along, len(self._radii)) / 2
 
 
+class Pens(NamedTuple):
+    """What draws S strokes; one number stands for all of them.
+
+    Attributes
+    ----------
+    widths : (S,) array_like
+        Width of each stroke, px.
+    caps, joins : (S,) array_like of int
+        Indices into CAPS and JOINS.
+    miter_limits : (S,) array_like
+        Largest length of a miter, in widths; beyond it, joins are bevels (SVG's ``stroke-miterlimit``).
+    """
+
+    widths: ArrayLike
+    caps: ArrayLike
+    joins: ArrayLike
+    miter_limits: ArrayLike
+
+
 def outline_strokes(
     vertices: ArrayLike,
     offsets: ArrayLike,
+    pens: Pens,
     *,
     closed: ArrayLike,
-    widths: ArrayLike,
-    caps: ArrayLike,
-    joins: ArrayLike,
-    miter_limits: ArrayLike = 4.0,
     smooth: ArrayLike | None = None,
     tolerance: float = 0.02,
 ) -> StrokeOutlines:
@@ -138,16 +154,12 @@ def outline_strokes(
         Vertices (x, y) of all centre lines, px.
     offsets : (S + 1,) array_like of int
         Stroke s has the vertices ``offsets[s]:offsets[s + 1]``, at least one.
+    pens : Pens
+        Widths, caps and joins.
     closed : (S,) array_like of bool
         Whether a line leads from the last vertex to the first.
-    widths : (S,) array_like
-        Width of each stroke, px.
-    caps, joins : (S,) array_like of int
-        Indices into CAPS and JOINS.
-    miter_limits : (S,) array_like
-        Largest length of a miter, in widths; beyond it, joins are bevels (SVG's ``stroke-miterlimit``).
     smooth : (V,) array_like of bool, optional
-        Vertices within a curve: their joins are round whatever `joins` says.
+        Vertices within a curve: their joins are round whatever the pens' are.
     tolerance : float
         Largest distance between an arc and its lines, px.
 
@@ -156,11 +168,11 @@ def outline_strokes(
     StrokeOutlines
         Polygons to be filled by the nonzero rule. A stroke of no length is a dot: a disc or a square by its cap.
     """
-    radii = np.asarray(widths, dtype=np.float64) / 2
-    num_strokes = len(radii)
+    num_strokes = len(np.asarray(offsets)) - 1
+    radii = np.broadcast_to(np.asarray(pens.widths, dtype=np.float64) / 2, num_strokes)
     lines = center_lines(np.asarray(vertices, np.float64), np.asarray(offsets), np.asarray(closed, bool), smooth)
-    caps, joins = (np.broadcast_to(np.asarray(value, dtype=np.int64), num_strokes) for value in (caps, joins))
-    limits = np.broadcast_to(np.asarray(miter_limits, np.float64), num_strokes)
+    caps, joins = (np.broadcast_to(np.asarray(value, dtype=np.int64), num_strokes) for value in (pens.caps, pens.joins))
+    limits = np.broadcast_to(np.asarray(pens.miter_limits, np.float64), num_strokes)
     parts: list[Part] = [
         *_join_corners(lines, radii, joins, limits, tolerance),
         *_cap_corners(lines, radii, caps, tolerance),

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import bernstein, pieces_for
-from livecl.geometry.strokes import StrokeOutlines, outline_strokes
+from livecl.geometry.strokes import Pens, StrokeOutlines, outline_strokes
 from livecl.rendering.gradients import Gradients
 
 FloatArray = NDArray[np.float64]
@@ -109,11 +109,8 @@ def filled(drawing: Drawing, pieces: ArrayLike | None, tolerance: float) -> Fill
     outlines = outline_strokes(
         vertices,
         np.concatenate([[0], np.cumsum(lengths)]),
+        Pens(strokes.widths[layers], strokes.caps[layers], strokes.joins[layers], strokes.miter_limits[layers]),
         closed=~strokes.is_open[stroked],
-        widths=strokes.widths[layers],
-        caps=strokes.caps[layers],
-        joins=strokes.joins[layers],
-        miter_limits=strokes.miter_limits[layers],
         smooth=number > 0,
         tolerance=tolerance,
     )

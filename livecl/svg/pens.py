@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from livecl.drawing.fills import MAX_COORDINATE
 from livecl.geometry import bezier
-from livecl.geometry.strokes import CAPS, JOINS, outline_strokes
+from livecl.geometry.strokes import CAPS, JOINS, Pens, outline_strokes
 from livecl.svg import shapes
 from livecl.svg.coordinates import Units, length_in_pixels
 from livecl.svg.path_data import control_points, line, number_list, path_lines
@@ -152,11 +152,8 @@ def outlined(lines: Lines, pen: Pen, tolerance: float) -> list[FloatArray]:
     outlines = outline_strokes(
         np.concatenate(vertices),
         np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]),
+        Pens(pen.width, pen.cap, pen.join, pen.miter_limit),
         closed=~np.array(lines.is_open),
-        widths=np.full(len(counts), pen.width),
-        caps=pen.cap,
-        joins=pen.join,
-        miter_limits=pen.miter_limit,
         smooth=np.concatenate(smooth),
         tolerance=tolerance,
     )

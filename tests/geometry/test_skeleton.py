@@ -49,7 +49,7 @@ def test_lines_go_straight_on_where_they_cross(angle: float) -> None:
     np.testing.assert_allclose(found, sorted(ends), atol=3)  # thinning shortens ends
     for line in lines:  # within the steps of pixels of the straight line between the ends
         a, b = line.points[0], line.points[-1]
-        off = np.cross(line.points - a, (b - a) / np.hypot(*(b - a)))
+        off = (line.points - a) @ (np.array([[0, -1], [1, 0]]) @ (b - a) / np.hypot(*(b - a)))
         assert np.abs(off).max() < 2
 
 

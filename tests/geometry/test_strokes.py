@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from livecl.geometry.strokes import BEVEL, BUTT, CAPS, JOINS, MITER, ROUND, SQUARE, StrokeOutlines, outline_strokes
+from livecl.geometry.strokes import (
+    BEVEL,
+    BUTT,
+    CAPS,
+    JOINS,
+    MITER,
+    ROUND,
+    SQUARE,
+    Pens,
+    StrokeOutlines,
+    outline_strokes,
+)
 
 CORNER = [[0, 0], [10, 0], [10, 10]]
 SQUARE_PATH = [[0, 0], [10, 0], [10, 10], [0, 10]]
@@ -26,11 +37,8 @@ def _stroke(
     return outline_strokes(
         vertices,
         [0, len(np.asarray(vertices))],
+        Pens([width], [cap], [join], [limit]),
         closed=[closed],
-        widths=[width],
-        caps=[cap],
-        joins=[join],
-        miter_limits=[limit],
         tolerance=FINE,
     )
 
