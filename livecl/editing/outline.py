@@ -9,29 +9,24 @@ dynamic programming over the places of the trace: the price of the numbers writt
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.editing import cubics
 from livecl.editing.trace import SURE, Trace, unit
+from livecl.geometry.least_path import SHARES, SegmentPrices, Segments, Tangents, cheapest_way, fit_curves
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Fit:
-    """What a description costs, in numbers that SVG writes, and how far it may stray.
+class Fit(SegmentPrices):
+    """What a description costs, in numbers that SVG writes, and how far it may stray from what is seen of the outline.
 
     Attributes
     ----------
-    tolerance, straight : float
-        Largest distance of a cubic, and of a line, from the visible part of the outline, px.
-    straying : float
-        Numbers that straying costs, for a distance of 1 px over a length of 1 px; it grows by the square.
-    cubic, line : float
-        Numbers of a cubic and of a line.
     corner : float
         Numbers that a corner costs.
     smooth : float
@@ -41,11 +36,11 @@ class Fit:
         Largest distance, px, of a line that is made level or plumb.
     """
 
-    tolerance: float = 0.4
-    straight: float = 0.25
-    straying: float = 3.5
-    cubic: float = 6.0
     line: float = 2.0
+    curve: float = 6.0
+    straying: float = 7.0
+    straight: float = 0.25
+    tolerance: float = 0.25
     corner: float = 1.0
     smooth: float = 1.0
     level: float = 0.3
@@ -57,8 +52,11 @@ ALIGNED, TILT = 0.12, 0.06
 APEX, MEETING = 1.2, 0.3
 #: Length at corners that their rounding takes, px, and how much samples there count.
 ROUNDING, ROUNDED = 1.25, 0.1
-#: Longest run of one segment, as a share of the outline, and most pairs of places that are compared.
-LONGEST, MOST_PAIRS = 0.6, 2500
+#: Rounds of the handles' fit where nodes are chosen.
+ROUNDS = 2
+#: Longest run of one segment, as a share of the outline, that between smooth ends (half a circle is no cubic), and most
+#: pairs of places that are compared.
+LONGEST, LONGEST_SMOOTH, MOST_PAIRS = 0.6, 0.4, 2500
 
 
 def editable_outline(trace: Trace, fit: Fit) -> FloatArray | None:
@@ -100,91 +98,61 @@ def _cheapest(
     i, j = np.triu_indices(num, 1)
     span = places[j] - places[i]
     near = (span > 0) & (span <= LONGEST * count) & (j - i <= max(8, MOST_PAIRS // num))
+    near &= (span <= LONGEST_SMOOTH * count) | corner[i] | corner[j]
+    sure = np.sort(np.concatenate([lap * count + trace.corners[trace.turning > SURE] for lap in (0, 1, 2)]))
+    near &= np.searchsorted(sure, places[j]) <= np.searchsorted(sure, places[i], side="right")  # none is passed over
     i, j = i[near], j[near]
     starts, ends = places[i], places[j]
-    runs, at = cubics.runs_between(trace.points, starts, ends)
+    runs, at = _runs(trace, starts, ends)
     weights = _unrounded(trace, at, starts, ends, corner[i], corner[j])
-    tangents = trace.tangent(places % count)
-    _, distances = cubics.fit(runs, tangents[i], tangents[j], np.stack([corner[i], corner[j]], axis=1), weights)
-    length = np.asarray((ends - starts) * trace.step, dtype=np.float64)
-    curved = fit.cubic + _straying(distances, weights, length, fit.tolerance, fit.straying)
-    flat = np.abs(runs[:, -1] - runs[:, 0])
-    level = flat.min(axis=1) <= np.minimum(fit.level, TILT * flat.max(axis=1))
-    lined = fit.line - level + _straying(_from_chords(runs), weights, length, fit.straight, fit.straying)
-    along = unit(runs[:, -1] - runs[:, 0])
+    tangents = trace.tangent(places % count) @ (1, 1j)
+    free = np.stack([corner[i], corner[j]], axis=1)
+    segments = Segments(
+        runs,
+        np.asarray((ends - starts) * trace.step, np.float64),
+        fit,
+        weights,
+        Tangents(tangents[i], tangents[j], free),
+    )
+    curved, lined = segments.curves, segments.lines
+    chord = runs[:, -1] - runs[:, 0]
+    flat = np.sort(np.abs([chord.real, chord.imag]), axis=0)
+    lined -= flat[0] <= np.minimum(fit.level, TILT * flat[1])
     for side in (i, j):
-        bend = np.abs(along[:, 0] * tangents[side][:, 1] - along[:, 1] * tangents[side][:, 0])
-        lined = np.where(~corner[side] & (bend > ALIGNED), np.inf, lined)
+        bend = np.abs((chord * tangents[side].conj()).imag) > ALIGNED * np.abs(chord)
+        lined[~corner[side] & bend] = np.inf
     known = np.where(trace.extreme[places % count], 2.0, 1.0)
     joins = np.where(corner, fit.corner, [-fit.smooth * known, np.full(num, -fit.smooth), np.full(num, np.inf)])
     # Way and outline begin at one node: its price is parted between the segments that meet there.
     half = joins[0, 0] / 2, joins[1, 0] - joins[0, 0] / 2
-    joins[:, 0] = 0.0
     at_node = (i == 0).astype(int) + (j == num - 1)
-    return _shortest_way(num, i, j, (curved + half[0] * at_node, lined + half[1] * at_node), joins)
+    tables = np.full((2, num, num), np.inf)
+    tables[:, i, j] = lined + half[1] * at_node, curved + half[0] * at_node
+    way, straight, price = cheapest_way(tables[0], tables[1], joins)
+    return (np.array(way[:-1]), np.array(straight)) if np.isfinite(price) else None
+
+
+def _runs(trace: Trace, starts: IntArray, ends: IntArray) -> tuple[NDArray[np.complexfloating[Any, Any]], FloatArray]:
+    """Return points x + iy of runs of a trace at SHARES of their lengths, and where they are, in samples.
+
+    `starts` and `ends`, (n,), are their first and last samples, ends counted on past the last of the trace.
+    """
+    at = starts[:, None] + (ends - starts)[:, None] * SHARES
+    whole = np.floor(at).astype(np.int64)
+    points, count = trace.points @ (1, 1j), len(trace.points)
+    return points[whole % count] + (at - whole) * (points[(whole + 1) % count] - points[whole % count]), at
 
 
 def _unrounded(
     trace: Trace, at: FloatArray, starts: IntArray, ends: IntArray, first: NDArray[np.bool_], last: NDArray[np.bool_]
 ) -> FloatArray:
-    """Return the weights of samples `at` (n, k) of runs, less where a corner at either end rounds them: (n, k)."""
+    """Return the weights of the inner ones of samples `at` (n, k) of runs, less where a corner rounds them."""
+    at = at[:, 1:-1]
     weights = trace.weights[np.rint(at).astype(np.int64) % len(trace.points)]
     for flags, edge in ((first, starts), (last, ends)):
         near = flags[:, None] & (np.abs(at - edge[:, None]) * trace.step < ROUNDING)
         weights = np.where(near, ROUNDED * weights, weights)
     return weights
-
-
-def _straying(
-    distances: FloatArray, weights: FloatArray, length: FloatArray, tolerance: float, price: float
-) -> FloatArray:
-    """Return the price of distances (n, k) over lengths (n,), infinite beyond the tolerance."""
-    weighted = distances * weights
-    cost = price * length * (weighted * distances).mean(axis=1)
-    return np.where(weighted.max(axis=1) > tolerance, np.inf, cost)
-
-
-def _from_chords(runs: FloatArray) -> FloatArray:
-    """Return the distances of points from the chords of their runs: (n, k)."""
-    along = unit(runs[:, -1] - runs[:, 0])
-    rest = runs - runs[:, :1]
-    return np.asarray(np.abs(rest[..., 0] * along[:, None, 1] - rest[..., 1] * along[:, None, 0]))
-
-
-def _shortest_way(
-    num: int, i: IntArray, j: IntArray, costs: tuple[FloatArray, FloatArray], joins: FloatArray
-) -> tuple[IntArray, NDArray[np.bool_]] | None:
-    """Return the nodes on the cheapest way from the first place to the last, and which segments are lines.
-
-    Parameters
-    ----------
-    num : int
-        Number of places.
-    i, j : (n,) int64
-        First and last place of each segment.
-    costs : ((n,), (n,)) float64
-        What a cubic and a line cost.
-    joins : (3, num) float64
-        What a node costs between two cubics, at a line, and between two lines.
-    """
-    tables = np.full((2, num, num), np.inf)
-    tables[:, i, j] = costs
-    best, before = np.full((2, num), np.inf), np.zeros((2, num), np.int64)
-    best[:, 0] = 0.0
-    for end in range(1, num):
-        for kind in (0, 1):
-            steps = best[:, :end] + joins[kind : kind + 2, :end] + tables[kind, :end, end]
-            before[kind, end] = int(np.argmin(steps))
-            best[kind, end] = steps.flat[before[kind, end]]
-    kind = int(np.argmin(best[:, -1]))
-    if not np.isfinite(best[kind, -1]):
-        return None
-    place, way, straight = num - 1, [], []
-    while place:
-        straight.append(bool(kind))
-        kind, place = divmod(int(before[kind, place]), place)
-        way.append(place)
-    return np.array(way[::-1]), np.array(straight[::-1], bool)
 
 
 class _Assembly:
@@ -264,13 +232,14 @@ class _Assembly:
         curved = np.flatnonzero(~self.straight)
         if not len(curved):
             return handles
-        runs, at = cubics.runs_between(self.trace.points, self.nodes[curved], self.ends[curved])
-        tangents = self._tangents(anchors)
-        free = np.stack([self.corner[curved], self.corner[(curved + 1) % count]], axis=1)
+        runs, at = _runs(self.trace, self.nodes[curved], self.ends[curved])
+        directions = self._tangents(anchors) @ (1, 1j)
+        after = (curved + 1) % count
+        free = np.stack([self.corner[curved], self.corner[after]], axis=1)
         weights = _unrounded(self.trace, at, self.nodes[curved], self.ends[curved], free[:, 0], free[:, 1])
-        runs[:, 0], runs[:, -1] = anchors[curved], following[curved]
-        fitted, _ = cubics.fit(runs, tangents[curved], tangents[(curved + 1) % count], free, weights)
-        handles[curved] = fitted[:, 1:3]
+        runs[:, 0], runs[:, -1] = anchors[curved] @ (1, 1j), following[curved] @ (1, 1j)
+        fitted, _ = fit_curves(runs, weights, Tangents(directions[curved], directions[after], free), ROUNDS)
+        handles[curved] = np.stack([fitted.real, fitted.imag], axis=-1)
         return handles
 
     def _tangents(self, anchors: FloatArray) -> FloatArray:

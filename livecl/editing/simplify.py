@@ -34,7 +34,7 @@ FloatArray = NDArray[np.float64]
 
 #: Squared error that a number is worth, as a segment has six; and share of the error that a description adds which
 #: training leaves of it.
-NUMBER_ERROR, LEFT = SEGMENT_ERROR / 18, 0.15
+NUMBER_ERROR, LEFT = SEGMENT_ERROR / 36, 0.15
 #: Fits that are tried, from coarse to fine.
 FITS = (Fit(), Fit(tolerance=0.2, straight=0.15, straying=12.0))
 #: Weight of samples that layers above hide, and transmittance up to which they do.

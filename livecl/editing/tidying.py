@@ -6,9 +6,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.editing import cubics
 from livecl.editing.constraints import Joins, Slack
+from livecl.editing.outline import ROUNDS
 from livecl.geometry import bezier
+from livecl.geometry.least_path import SAMPLES, SHARES, Tangents, fit_curves
 
 FloatArray = NDArray[np.float64]
 
@@ -29,14 +30,15 @@ def tidied(subpath: FloatArray, tolerance: float) -> FloatArray:
     curved = np.flatnonzero(~joins.lines)
     after = (curved + 1) % count
     old = np.concatenate([subpath, np.roll(subpath[:, :1], -1, axis=0)], axis=1)[curved]
-    runs = bezier.evaluate(old, np.linspace(0, 1, cubics.SAMPLES + 1))
-    directions = joins.directions(subpath)
+    runs = bezier.evaluate(old, SHARES) @ (1, 1j)
+    directions = joins.directions(subpath) @ (1, 1j)
     while joins.smooth.any() and len(curved):
         free = ~np.stack([joins.smooth[curved], joins.smooth[after]], axis=1)
-        fitted, distances = cubics.fit(runs, directions[curved], directions[after], free, np.ones(runs.shape[:2]))
-        far = (distances.max(axis=1) > tolerance) & ~free.all(axis=1)
+        tangents = Tangents(directions[curved], directions[after], free)
+        fitted, distances = fit_curves(runs, np.ones((len(runs), SAMPLES)), tangents, ROUNDS)
         changed = ~free.all(axis=1)
-        tidy[curved[changed], 1:] = fitted[changed, 1:3]
+        far = (distances.max(axis=1) > tolerance) & changed
+        tidy[curved[changed], 1:] = np.stack([fitted.real, fitted.imag], axis=-1)[changed]
         if not far.any():
             break
         turns = np.where(free, -1.0, joins.turns[np.stack([curved, after], axis=1)])[far]

@@ -18,7 +18,7 @@ STEP, LEAST, MOST = 0.5, 48, 4000
 #: Reach of the two chords whose angle is the turning at a sample, px, and as a share of the length at most.
 REACH, SHARE = 1.5, 1 / 24
 #: Least turning of a corner, radians; that of one which is a node in any case.
-TURNING, SURE = 0.4, 0.9
+TURNING, SURE = 0.4, 0.6
 #: Standard deviation, px, of the Gaussian that evens out an outline's wiggles, and more of it to find corners.
 EVENED, CORNERS_EVENED = 0.35, 0.6
 #: An extreme is farther out than the samples at this distance, px, by so much, px.

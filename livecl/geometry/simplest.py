@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Simplest path along an outline: lines and cubics between anchors, chosen by one price for error and segments.
 
-Between two corners, dynamic programming over candidate places finds the anchors of the smallest total of squared
-distances and prices: the best path up to a place is the best up to some earlier place and one segment more. The handles
-of a segment are the least-squares fit across the outline; along it the parameter is free to first order, so that no
-reparametrization (Schneider, Graphics Gems, 1990) is needed to compare segments.
+Between two corners, the path of least price over candidate places gives the anchors (livecl/geometry/least_path.py).
 """
 
 from __future__ import annotations
@@ -15,34 +12,16 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.geometry.bezier import bernstein
 from livecl.geometry.corners import Outline
+from livecl.geometry.least_path import SHARES, SegmentPrices, Segments, cheapest_way
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: Points at which a segment is compared with the outline.
-SAMPLES = 12
-#: Weight of distances along the outline in the fit of handles: it decides where those across leave them open.
-ALONG = 0.1
 #: Candidate places: spacing along the outline, px, and turning between two, radians; px that they are
 #: apart at least; most between two corners.
 PLACE_LENGTH, PLACE_TURN, LEAST_SPACING, MOST_PLACES = 12.0, 0.2, 2.0, 56
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class SegmentPrices:
-    """Prices of segments, px^3: the integral along the outline of the squared distance that one is worth.
-
-    Attributes
-    ----------
-    line, curve : float
-        One straight segment more, and one cubic.
-    """
-
-    line: float
-    curve: float
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -123,7 +102,8 @@ def simplest_path(course: Course, prices: SegmentPrices) -> Draft:
         numbers = np.full((len(span), len(span)), -1)
         numbers[tuple(pair)] = first + np.arange(pair.shape[1])
         first += pair.shape[1]
-        way, cost = _cheapest(np.where(numbers >= 0, fits.costs[numbers], np.inf))
+        table = np.where(numbers >= 0, fits.costs[numbers], np.inf)
+        way, _, cost = cheapest_way(table, table)
         segments = [int(numbers[a, b]) for a, b in itertools.pairwise(way)]
         chosen += segments
         corner += [True, *[False] * (len(segments) - 1)]
@@ -149,7 +129,7 @@ def _loop(course: Course, prices: SegmentPrices) -> Draft:
         a, b = a[inner], b[inner]
         costs = np.full((count + 1, count + 1), np.inf)
         costs[a, b] = table[(first + a) % count, b - a - 1]
-        way, price = _cheapest(costs)
+        way, _, price = cheapest_way(costs, costs)
         numbers = [((first + i) % count) * (count - 1) + j - i - 1 for i, j in itertools.pairwise(way)]
         if best is None or price < best[0]:
             best = price, numbers
@@ -185,76 +165,21 @@ def without_anchors(course: Course, draft: Draft, prices: SegmentPrices) -> list
     return found
 
 
-def _cheapest(costs: FloatArray) -> tuple[list[int], float]:
-    """Return the cheapest way from the first to the last place, given what each step from one to a later one costs."""
-    count = len(costs)
-    best, before = np.zeros(count), np.zeros(count, np.int64)
-    for end in range(1, count):
-        totals = best[:end] + costs[:end, end]
-        before[end] = np.argmin(totals)
-        best[end] = totals[before[end]]
-    way = [count - 1]
-    while way[-1]:
-        way.append(int(before[way[-1]]))
-    return way[::-1], float(best[-1])
-
-
-class _Fits:
+class _Fits(Segments):
     """Lines and cubics from some lengths of an outline (Q,) to others, and what the better of both costs."""
 
     def __init__(self, course: Course, starts: FloatArray, ends: FloatArray, prices: SegmentPrices) -> None:
+        points = course.at(starts[:, None] + (ends - starts)[:, None] * SHARES)
+        super().__init__(points, ends - starts, prices)
         self.starts, self._total = starts, course.total
-        t = np.concatenate([[0.0], (np.arange(SAMPLES) + 0.5) / SAMPLES, [1.0]])
-        points = course.at(starts[:, None] + (ends - starts)[:, None] * t)  # (Q, SAMPLES + 2)
         self._ends = points[:, [0, -1]]
-        chord = self._ends[:, 1] - self._ends[:, 0]
-        size = np.maximum(np.abs(chord), 1e-9)
-        offsets = points[:, 1:-1] - self._ends[:, :1]
-        step = (ends - starts) / SAMPLES
-        along = offsets * (chord.conj() / size)[:, None]
-        beyond = along.real - np.clip(along.real, 0, size[:, None])
-        lines = step * (along.imag**2 + beyond**2).sum(axis=1) + prices.line
-        lines[np.abs(chord) < 1] = np.inf
-        way = points[:, 2:] - points[:, :-2]
-        way = way / np.maximum(np.abs(way), 1e-9)
-        weights = bernstein(t[1:-1])
-        rest = points[:, 1:-1] - self._ends @ weights[:, [0, 3]].T
-        self._handles = _handles(way, rest, weights[:, 1:3])
-        misses = self._handles @ weights[:, 1:3].T - rest
-        curves = step * ((misses * way.conj()).imag ** 2).sum(axis=1) + prices.curve
-        out, back = self._handles[:, 0] - self._ends[:, 0], self._ends[:, 1] - self._handles[:, 1]
-        turned = ((out * way[:, 0].conj()).real <= 0) | ((back * way[:, -1].conj()).real <= 0)
-        curves[turned] = np.inf
-        self._straight = lines <= curves
-        self.costs = np.minimum(lines, curves)
+        self._straight = self.lines <= self.curves
+        self.costs = np.minimum(self.lines, self.curves)
 
     def draft(self, chosen: list[int], corners: list[bool], price: float) -> Draft:
         """Return the path of some of them."""
         ends, straight = self._ends[chosen], self._straight[chosen]
-        handles = np.where(straight[:, None], (ends @ np.array([[2, 1], [1, 2]])) / 3, self._handles[chosen])
+        handles = np.where(straight[:, None], (ends @ np.array([[2, 1], [1, 2]])) / 3, self.handles[chosen])
         z = np.stack([ends[:, 0], handles[:, 0], handles[:, 1], ends[:, 1]], axis=1)
         cubics = np.stack([z.real, z.imag], axis=-1)
         return Draft(self.starts[chosen] % self._total, cubics, straight, np.array(corners), price)
-
-
-def _handles(way: NDArray[np.complex128], rest: NDArray[np.complex128], weights: FloatArray) -> NDArray[np.complex128]:
-    """Return the handles (Q, 2) of the least sum of squared distances, those along the outline weighed less.
-
-    Distances `weights` @ handles - `rest` at samples (Q, S), in the metric W = ALONG^2 I + (1 - ALONG^2) n n^T with the
-    normal n of the outline: 4 x 4 normal equations.
-    """
-    nx, ny = -way.imag, way.real
-    low, more = ALONG**2, 1 - ALONG**2
-    metric = np.stack([low + more * nx * nx, more * nx * ny, low + more * ny * ny])  # (3, Q, S)
-    products = np.stack([weights[:, 0] ** 2, weights[:, 0] * weights[:, 1], weights[:, 1] ** 2])  # (3, S)
-    sums = metric @ products.T  # (3, Q, 3)
-    left = np.empty((len(way), 2, 2, 2, 2))
-    for (i, j), k in zip(((0, 0), (0, 1), (1, 1)), range(3), strict=True):
-        for (x, y), m in zip(((0, 0), (0, 1), (1, 1)), range(3), strict=True):
-            for a, b in {(i, j), (j, i)}:
-                for c, d in {(x, y), (y, x)}:
-                    left[:, a, c, b, d] = sums[m, :, k]
-    weighted = np.stack([metric[0] * rest.real + metric[1] * rest.imag, metric[1] * rest.real + metric[2] * rest.imag])
-    right = (weighted @ weights).transpose(1, 2, 0)  # (Q, handle, axis)
-    found = np.linalg.solve(left.reshape(-1, 4, 4), right.reshape(-1, 4, 1)).reshape(-1, 2, 2)
-    return np.asarray(found[..., 0] + 1j * found[..., 1])

@@ -12,8 +12,9 @@ from livecl.geometry.bezier import signed_area
 from livecl.geometry.corners import Outline, find_corners
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area, polygon_crossing_area
 from livecl.geometry.ellipses import ellipses_of
+from livecl.geometry.least_path import SegmentPrices
 from livecl.geometry.refinement import STEPS, refined
-from livecl.geometry.simplest import Course, Draft, SegmentPrices, simplest_path, without_anchors
+from livecl.geometry.simplest import Course, Draft, simplest_path, without_anchors
 from livecl.geometry.untangle import untangle
 
 FloatArray = NDArray[np.float64]

@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Path of least price along a polyline, open or closed: which places are nodes, and which segments lines or cubics.
+
+A segment costs what it takes to describe, and the integral of its squared distance from the polyline; a node costs by
+the segments that meet there. The cheapest path is found by dynamic programming over the places: the best one up to a
+place, ending in a line or in a cubic, is the best up to some earlier place and one segment more.
+
+The handles of a cubic are its least squares across the polyline; along it the parameter is free to first order, so that
+segments are compared without moving the parameters. With axes e_a at its ends (two each: along and across the tangent),
+sample weights w, normals n of the polyline, and b_a the Bernstein weight of the handle that axis a moves, the lengths
+along the axes solve 4 x 4 normal equations in the metric W = ALONG^2 I + (1 - ALONG^2) n n^T. Where lengths are wanted
+exactly, parameters are moved to the curve's nearest points, and so on (P. J. Schneider, *An algorithm for automatically
+fitting digitized curves*, Graphics Gems, 1990).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.geometry.bezier import bernstein
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+ComplexArray = NDArray[np.complexfloating[Any, Any]]
+
+#: Samples of a segment between its ends, and where they lie, ends included, as shares of its length.
+SAMPLES = 12
+SHARES = np.concatenate([[0.0], (np.arange(SAMPLES) + 0.5) / SAMPLES, [1.0]])
+#: Weight of distances along the polyline: it decides where those across leave handles open.
+ALONG = 0.1
+#: Distance, px, by which the end of a line moves at most where it is a corner.
+MOST_MOVED = 0.25
+#: Length, px, of the shortest line; length of a handle along a given tangent, as a share of the chord at least, and of
+#: the polyline at most; weight that holds handles to a given tangent.
+SHORTEST_LINE, SHORTEST, LONGEST, HOLD = 1.0, 0.01, 2.0, 1e6
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class SegmentPrices:
+    """What a segment costs.
+
+    Attributes
+    ----------
+    line, curve : float
+        A straight segment, and a cubic.
+    straying : float
+        A distance of 1 px over a length of 1 px; it grows by the square.
+    straight, tolerance : float
+        Largest distance of a line, and of a cubic, px.
+    """
+
+    line: float
+    curve: float
+    straying: float = 1.0
+    straight: float = np.inf
+    tolerance: float = np.inf
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Tangents:
+    """Unit tangents at the ends of segments, x + iy, in the direction of travel: (Q,); and which ends are free of it.
+
+    Attributes
+    ----------
+    first, last : (Q,) complex
+        At either end.
+    free : (Q, 2) bool
+        Whether the handle at either end may point elsewhere: at a corner.
+    """
+
+    first: ComplexArray
+    last: ComplexArray
+    free: BoolArray
+
+
+class Segments:
+    """Lines and cubics between places of a polyline, and what they cost.
+
+    Parameters
+    ----------
+    points : (Q, SAMPLES + 2) complex
+        The polyline x + iy from end to end of each, at SHARES of its length.
+    lengths : (Q,) float64
+        Length of the polyline, px.
+    prices : SegmentPrices
+        What is paid for.
+    weights : (Q, SAMPLES) float64, optional
+        How much each sample counts; 1 where not given.
+    tangents : Tangents, optional
+        All ends are free where not given.
+
+    Attributes
+    ----------
+    lines, curves : (Q,) float64
+        What each costs as a line and as a cubic; infinite where it must not be one.
+    handles : (Q, 2) complex
+        Of the cubics.
+    """
+
+    def __init__(
+        self,
+        points: ComplexArray,
+        lengths: FloatArray,
+        prices: SegmentPrices,
+        weights: FloatArray | None = None,
+        tangents: Tangents | None = None,
+    ) -> None:
+        counted = np.ones((len(points), SAMPLES)) if weights is None else weights
+        step = prices.straying * lengths / SAMPLES
+
+        def cost(distances: FloatArray, farthest: float) -> FloatArray:
+            weighted = counted * distances
+            total = step * (weighted * distances).sum(axis=1)
+            return np.where(weighted.max(axis=1, initial=0.0) > farthest, np.inf, total)
+
+        chord = points[:, -1] - points[:, 0]
+        size = np.abs(chord)
+        along = (points[:, 1:-1] - points[:, :1]) * (chord.conj() / np.maximum(size, 1e-9))[:, None]
+        beyond = along.real - np.clip(along.real, 0, size[:, None])
+        off = along.imag if tangents is None else _moved_ends(along.imag, counted, tangents.free)
+        self.lines = prices.line + cost(np.hypot(off, beyond), prices.straight)
+        self.lines[size < SHORTEST_LINE] = np.inf
+        self.handles, distances = fit_curves(points, counted, tangents)
+        self.curves = prices.curve + cost(distances, prices.tolerance)
+        way = points[:, [2, -1]] - points[:, [0, -3]]
+        turned = ((self.handles - points[:, [0, -1]]) * way.conj()).real * (1, -1) <= 0
+        free = turned if tangents is None else turned & tangents.free
+        self.curves[free.any(axis=1)] = np.inf
+
+
+def _moved_ends(off: FloatArray, weights: FloatArray, free: BoolArray) -> FloatArray:
+    """Return signed distances (Q, SAMPLES) of samples from lines whose free ends, corners, move across them to fit."""
+    inner = SHARES[1:-1]
+    basis = np.stack([1 - inner, inner]) * free[:, :, None]  # (Q, 2, SAMPLES)
+    gram = (basis * weights[:, None]) @ basis.transpose(0, 2, 1) + 1e-6 * np.eye(2)
+    moves = np.linalg.solve(gram, (basis * weights[:, None]) @ off[..., None])
+    return np.asarray(off - (np.clip(moves, -MOST_MOVED, MOST_MOVED) * basis).sum(axis=1))
+
+
+def fit_curves(
+    points: ComplexArray, weights: FloatArray, tangents: Tangents | None = None, rounds: int = 1
+) -> tuple[ComplexArray, FloatArray]:
+    """Fit cubics to a polyline between its ends.
+
+    Parameters
+    ----------
+    points : (Q, SAMPLES + 2) complex
+        As for :class:`Segments`.
+    weights : (Q, SAMPLES) float64
+        How much each sample counts.
+    tangents : Tangents, optional
+        All ends are free where not given.
+    rounds : int
+        How often the handles are solved for; the parameters are moved in between.
+
+    Returns
+    -------
+    handles : (Q, 2) complex
+    distances : (Q, SAMPLES) float64
+        Of the samples from the curve across the polyline, px.
+    """
+    way = points[:, 2:] - points[:, :-2]
+    way = way / np.maximum(np.abs(way), 1e-9)
+    ends, inner = points[:, [0, -1]], points[:, 1:-1]
+    handles, distances = _solved(bernstein(SHARES[1:-1]), points, way, weights, tangents)
+    t = np.broadcast_to(SHARES[1:-1], weights.shape)
+    for _ in range(rounds - 1):
+        t = _nearer(np.concatenate([ends[:, :1], handles, ends[:, 1:]], axis=1), inner, t)
+        handles, distances = _solved(bernstein(t), points, way, weights, tangents)
+    return handles, distances
+
+
+def _solved(
+    basis: FloatArray, points: ComplexArray, way: ComplexArray, weights: FloatArray, tangents: Tangents | None
+) -> tuple[ComplexArray, FloatArray]:
+    """Return handles and distances for one basis, (SAMPLES, 4), or one each, (Q, SAMPLES, 4)."""
+    ends, inner = points[:, [0, -1]], basis[..., 1:3]
+    rest = points[:, 1:-1] - _combined(basis[..., [0, 3]], ends)
+    gram, right = _normal_equations(inner, rest - _combined(inner, ends), way, weights)
+    diagonal = np.arange(4)
+    gram[:, diagonal, diagonal] += 1e-9 * np.trace(gram, axis1=1, axis2=2)[:, None] + 1e-12
+    if tangents is None:
+        steps = np.linalg.solve(gram, right[..., None])[..., 0]
+        moves = steps[:, ::2] + 1j * steps[:, 1::2]
+    else:  # along and across the tangents, not along x and y
+        out = np.stack([tangents.first, -tangents.last], axis=1)
+        turned = np.zeros((len(points), 4, 4))
+        turned[:, [0, 2], [0, 2]] = turned[:, [1, 3], [1, 3]] = out.real
+        turned[:, [0, 2], [1, 3]], turned[:, [1, 3], [0, 2]] = out.imag, -out.imag
+        gram = turned @ gram @ turned.transpose(0, 2, 1)
+        gram[:, [1, 3], [1, 3]] += np.where(tangents.free, 0.0, HOLD)
+        steps = np.linalg.solve(gram, turned @ right[..., None])[..., 0]
+        _clip(steps, points, tangents.free)
+        moves = (steps[:, ::2] + 1j * steps[:, 1::2]) * out
+    handles = ends + moves
+    return handles, np.abs(((_combined(inner, handles) - rest) * way.conj()).imag)
+
+
+def _combined(basis: FloatArray, two: ComplexArray) -> ComplexArray:
+    """Return the sums of two points each, (Q, 2), by weights (SAMPLES, 2) or (Q, SAMPLES, 2): (Q, SAMPLES)."""
+    if basis.ndim == 2:
+        return np.asarray(two @ basis.T)
+    return np.asarray((basis * two[:, None]).sum(axis=-1))
+
+
+def _normal_equations(
+    basis: FloatArray, rest: ComplexArray, way: ComplexArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the matrices (Q, 4, 4) and right sides (Q, 4) of handles' least squares, along x and y of either one."""
+    nx, ny = -way.imag, way.real
+    low, more = ALONG**2, 1 - ALONG**2
+    metric = weights * np.stack([low + more * nx * nx, more * nx * ny, low + more * ny * ny])  # (3, Q, SAMPLES)
+    first, second = basis[..., 0], basis[..., 1]
+    products = np.stack([first**2, first * second, second**2], axis=-1)
+    weighted = np.stack([metric[0] * rest.real + metric[1] * rest.imag, metric[1] * rest.real + metric[2] * rest.imag])
+    if basis.ndim == 2:
+        sums, sides = metric @ products, weighted @ basis
+    else:
+        sums, sides = (metric[:, :, None] @ products)[:, :, 0], (weighted[:, :, None] @ basis)[:, :, 0]
+    gram = np.empty((len(way), 2, 2, 2, 2))  # handle, axis, handle, axis
+    for (i, j), k in zip(((0, 0), (0, 1), (1, 1)), range(3), strict=True):
+        for (x, y), m in zip(((0, 0), (0, 1), (1, 1)), range(3), strict=True):
+            for a, b in {(i, j), (j, i)}:
+                for c, d in {(x, y), (y, x)}:
+                    gram[:, a, c, b, d] = sums[m, :, k]
+    return gram.reshape(-1, 4, 4), sides.transpose(1, 2, 0).reshape(-1, 4)
+
+
+def _clip(steps: NDArray[Any], points: ComplexArray, free: BoolArray) -> None:
+    """Bound the lengths of handles along given tangents."""
+    shortest = SHORTEST * np.abs(points[:, -1] - points[:, 0])
+    longest = LONGEST * np.abs(np.diff(points, axis=1)).sum(axis=1)
+    for along, side in ((0, 0), (2, 1)):
+        steps[:, along] = np.where(free[:, side], steps[:, along], np.clip(steps[:, along], shortest, longest))
+        steps[:, along + 1] = np.where(free[:, side], steps[:, along + 1], 0.0)
+
+
+def _nearer(cubics: ComplexArray, samples: ComplexArray, t: FloatArray) -> FloatArray:
+    """Return parameters moved by a Gauss-Newton step towards the curve's nearest points."""
+    misses = (bernstein(t) * cubics[:, None]).sum(axis=-1) - samples
+    u = 1 - t
+    slopes = 3 * (np.stack([u * u, 2 * t * u, t * t], axis=-1) * np.diff(cubics, axis=1)[:, None]).sum(axis=-1)
+    moved = t - (misses * slopes.conj()).real / np.maximum(np.abs(slopes) ** 2, 1e-12)
+    return np.maximum.accumulate(np.clip(moved, 0, 1), axis=1)
+
+
+def cheapest_way(
+    lines: FloatArray, curves: FloatArray, joins: FloatArray | None = None
+) -> tuple[list[int], list[bool], float]:
+    """Return the places of the cheapest path from the first to the last, which segments are lines, and its price.
+
+    Parameters
+    ----------
+    lines, curves : (n, n) float64
+        What a line and a cubic from one place (row) to a later one cost.
+    joins : (3, n) float64, optional
+        What a node costs between two cubics, at a line, and between two lines; nothing where not given.
+    """
+    count = len(lines)
+    joins = np.zeros((3, count)) if joins is None else joins.copy()
+    joins[:, 0] = 0.0  # the beginning joins nothing
+    best, before = np.full((2, count), np.inf), np.zeros((2, count), np.int64)
+    best[0, 0] = 0.0
+    for end in range(1, count):
+        for kind, table in ((0, curves), (1, lines)):
+            steps = best[:, :end] + joins[kind : kind + 2, :end] + table[:end, end]
+            before[kind, end] = int(np.argmin(steps))
+            best[kind, end] = steps.flat[before[kind, end]]
+    kind = int(best[1, -1] < best[0, -1])
+    price, place = float(best[kind, -1]), count - 1
+    places, straight = [place], []
+    while place and np.isfinite(price):
+        straight.append(bool(kind))
+        kind, place = divmod(int(before[kind, place]), place)
+        places.append(place)
+    return places[::-1], straight[::-1], price
