@@ -318,6 +318,12 @@ def test_bad_arguments(
     assert not Path("out").exists()
 
 
+def test_a_picture_of_rounded_proportions_has_the_size_asked_for() -> None:
+    svg = b'<svg xmlns="http://www.w3.org/2000/svg" width="257" height="229"><path d="M0 0H257V229H0Z"/></svg>'
+    picture = resvg_picture(svg, (916, 1024))  # 257 : 229 is 1024 : 912.4
+    assert picture.shape == (916, 1024, 3) and picture[1:-1, 1:-1].max() < 0.01
+
+
 def test_missing_package_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "vtracer" else object())
     evaluate.check_packages([METHODS["live"]])

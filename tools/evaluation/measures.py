@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from compare_svg import shown_by_resvg
 from numpy.typing import NDArray
+from skimage.transform import resize
 
 from livecl import quality
 from livecl.drawing.drawing import Drawing
@@ -45,7 +46,10 @@ def resvg_picture(svg: bytes, size: tuple[int, int] | None = None) -> FloatImage
     """Return resvg's picture of an SVG over white, at its own size or at (height, width): (H, W, 3) in [0, 1]."""
     height, width = size or (None, None)
     image = shown_by_resvg(svg, width=width, height=height)
-    return (image[..., :3] + 1 - image[..., 3:]).astype(np.float32)
+    picture = (image[..., :3] + 1 - image[..., 3:]).astype(np.float32)
+    if size is not None and picture.shape[:2] != size:  # resvg keeps proportions: a pixel less, where those are rounded
+        picture = resize(picture, (*size, 3), order=1).astype(np.float32)
+    return picture
 
 
 def measure(svg: Path, target: FloatImage, rasterizer: Rasterizer, true: Path | None = None) -> dict[str, Any]:
