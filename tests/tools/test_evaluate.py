@@ -33,10 +33,9 @@ QUICK = ["--method", "quick:preset=paper,iterations=5", "--processes", "1"]
 def folder(tmp_path: Path) -> Path:
     """Return a folder `in` with two pictures of 32x32: a red square, and a blue one on a transparent ground."""
     (tmp_path / "in").mkdir()
-    red = np.ones((32, 32, 3))
+    red, blue = np.ones((32, 32, 3)), np.zeros((32, 32, 4))
     red[8:24, 10:26] = (0.8, 0.1, 0.1)
     save_image(tmp_path / "in" / "clip_red.png", red)
-    blue = np.zeros((32, 32, 4))
     blue[4:20, 6:28] = (0.1, 0.2, 0.8, 1.0)
     save_image(tmp_path / "in" / "photo_blue.png", blue)
     return tmp_path

@@ -12,7 +12,8 @@ from livecl.drawing import LINEAR, RADIAL, SOLID, Drawing, Fills
 from livecl.drawing.fills import concatenate_fills
 from livecl.geometry.outlines import circle
 from livecl.layering.ramps import LAYER_NUMBERS
-from livecl.layering.structure.smooth import SmoothRegions, smooth_regions, straight
+from livecl.layering.structure.cores import straight
+from livecl.layering.structure.smooth import SmoothRegions, smooth_regions
 from livecl.rendering.rasterizer import Rasterizer
 
 KINDS = ("linear", "radial")
