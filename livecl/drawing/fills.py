@@ -233,19 +233,27 @@ class Fills:
 
         It is what stands for a gradient where one colour is wanted. A is 1 only where all stops are opaque.
         """
-        means = np.empty((len(self.gradient_layers), 4))
-        for row, layer in enumerate(self.gradient_layers.tolist()):
-            t, rgba = self.stop_positions[self.stops(layer)], self.stop_colors[self.stops(layer)]
-            # The trapezoids' rule over the stops, which hold on from 0 and up to 1; exact but for products of slopes.
-            places = np.concatenate([[0.0], t, [1.0]])
-            held = np.concatenate([rgba[:1], rgba, rgba[-1:]])
-            weights = np.zeros(len(places))
-            weights[:-1] += np.diff(places) / 2
-            weights[1:] += np.diff(places) / 2
-            alpha = float(weights @ held[:, 3])
-            rgb = (weights * held[:, 3]) @ held[:, :3] / alpha if alpha > 0 else weights @ held[:, :3]
-            means[row] = np.clip([*rgb, 1.0 if (rgba[:, 3] == 1).all() else min(alpha, 1 - 1e-9)], 0, 1)
-        return means
+        layers = self.gradient_layers
+        if not len(layers):
+            return np.zeros((0, 4))
+        t, rgb, alphas = self.stop_positions, self.stop_colors[:, :3], self.stop_colors[:, 3]
+        first = self.stop_offsets[layers]
+        last = self.stop_offsets[layers + 1] - 1
+        # The trapezoids' rule over the stops, which hold on from 0 and up to 1; exact but for products of slopes. Solid
+        # layers have no stops: each gradient's begin where those of the one before end.
+        halves = np.diff(t) / 2
+        halves[first[1:] - 1] = 0
+        weights = np.zeros(len(t))
+        weights[:-1] += halves
+        weights[1:] += halves
+        weights[first] += t[first]
+        weights[last] += 1 - t[last]
+        weighted = weights * alphas
+        mean, plain = np.add.reduceat(weighted, first)[:, None], np.add.reduceat(weights[:, None] * rgb, first)
+        colors = np.add.reduceat(weighted[:, None] * rgb, first)
+        colors = np.where(mean > 0, colors / np.where(mean > 0, mean, 1), plain)
+        opaque = np.minimum.reduceat(alphas, first)[:, None] == 1
+        return np.clip(np.concatenate([colors, np.where(opaque, 1.0, np.minimum(mean, 1 - 1e-9))], axis=1), 0, 1)
 
 
 def place_of(kind: int, geometry: FloatArray, points: FloatArray) -> FloatArray:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +47,12 @@ def record_reals(fills: Fills) -> int:
     return D_GEOMETRY + D_STOP * int(np.diff(fills.stop_offsets).max())
 
 
+@functools.lru_cache(maxsize=1)
 def place_maps(fills: Fills) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return A of each layer, (N, 2, 2), and whether it has one; (u, v) = A (p - origin)."""
+    """Return A of each layer, (N, 2, 2), and whether it has one; (u, v) = A (p - origin).
+
+    Those of the last fills are kept: a step of training needs them before the kernels and after.
+    """
     maps = np.zeros((len(fills), 2, 2))
     axes = np.swapaxes(fills.geometry[:, 1:] - fills.geometry[:, :1], 1, 2)  # columns: p1 - p0; e1 - c and e2 - c
     length = np.hypot(*axes[:, :, 0].T)

@@ -10,6 +10,7 @@ import pytest
 
 from livecl.drawing import LINEAR, RADIAL, SOLID, Drawing, Fills
 from livecl.drawing.assembly import concatenate
+from livecl.drawing.fills import concatenate_fills
 from livecl.svg import format_svg, quantize
 
 ARRAYS = ("kinds", "geometry", "stop_offsets", "stop_positions", "stop_colors")
@@ -79,6 +80,25 @@ def test_gradients_have_their_mean_for_colour() -> None:
     np.testing.assert_allclose(drawing.colors, [(0.5, 0, 0.5, 1)])
     fills = Fills.linear((0, 0), (1, 0), [(1, 0, 0, 1), (0, 0, 1, 0)], [0.5, 0.5])
     np.testing.assert_allclose(drawing.replace(fills=fills).colors, [(1, 0, 0, 0.5)])
+
+
+def test_means_of_gradients_do_not_depend_on_others() -> None:
+    stops = np.random.default_rng(7).random((4, 3, 4))
+    stops[1, :, 3], stops[2, :, 3] = 1, 0  # opaque, and nothing to be seen of it
+    parts = [
+        Fills.linear((0, 0), (9, 0), colors[:count], np.sort(colors[:count, 0]))
+        for colors, count in zip(stops, (3, 2, 3, 2), strict=True)
+    ]
+    together = concatenate_fills([parts[0], Fills.solid(2), *parts[1:], Fills.solid(1)])
+    np.testing.assert_allclose(together.mean_colors(), np.concatenate([part.mean_colors() for part in parts]))
+    assert together.mean_colors()[1:3, 3].tolist() == [1, 0]
+    np.testing.assert_allclose(
+        together.mean_colors()[2, :3],
+        Fills.linear((0, 0), (9, 0), np.where(np.arange(4) == 3, 0.5, stops[2]), np.sort(stops[2][:, 0])).mean_colors()[
+            0, :3
+        ],
+    )
+    assert Fills.solid(3).mean_colors().shape == (0, 4)
 
 
 def test_stretching_moves_the_lines_of_equal_colour() -> None:
