@@ -113,7 +113,7 @@ class Run(Work):
         if options.end_early:
             judge_progress(state, loss, self._limit)
         if options.untangle and training.untangles_now(state):
-            training.untangle_outlines(state, self.visible_mse)
+            training.untangle_outlines(state, self.visible_mse if self.trained else None)
         return loss
 
     def _planned_length(self, phase: Phase) -> int:

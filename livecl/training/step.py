@@ -23,7 +23,8 @@ from livecl.training.ties import Ties
 PIECES_PERIOD = 10
 #: Steps between two looks for outlines that cross themselves.
 UNTANGLE_PERIOD = 25
-#: Area of a loop, px^2, up to which it is cut without a look at what it shows.
+#: Area of a loop, px^2, up to which it is cut without a look at what it shows. Larger ones wait for the last step of a
+#: phase: what they show changes until then.
 SMALL_LOOP = 3.0
 #: Narrowest stroke that training leaves, px: a line of a tenth of full colour, which still has a gradient.
 MIN_WIDTH = 0.1
@@ -114,11 +115,12 @@ def untangles_now(state: State) -> bool:
     return iteration == length or (2 * iteration > length and iteration % UNTANGLE_PERIOD == 0)
 
 
-def untangle_outlines(state: State, error: Callable[[Drawing], float]) -> None:
+def untangle_outlines(state: State, error: Callable[[Drawing], float] | None = None) -> None:
     """Take the loops out of all filled outlines that may change; Adam starts anew for changed segments.
 
     An outline keeps a loop that shows something: one of more than `SMALL_LOOP` px^2 without which the `error` of the
     drawing would rise by more than a layer must be worth (`Options.prune`), as beyond a neck whose two sides cross.
+    Without an `error` only loops up to that area are taken out.
     """
     drawing = state.drawing
     points, cubics = drawing.points.copy(), drawing.cubics
@@ -131,20 +133,33 @@ def untangle_outlines(state: State, error: Callable[[Drawing], float]) -> None:
             large.append(run)
         else:
             points[run] = outline[:, :3]
-
-    def error_of(moved: NDArray[np.float64]) -> float:
-        return error(drawing.moved(moved, drawing.colors, drawing.background))
-
-    if large and error_of(all_cut) - (before := error_of(points)) > state.options.prune:
-        for run in large:
-            cut = points.copy()
-            cut[run] = all_cut[run]
-            after = error_of(cut)
-            if after - before <= state.options.prune:
-                points, before = cut, after
-    else:
-        points = all_cut
+    if large and error is not None:
+        points = _cut_where_nothing_shows(state, error, large, points, all_cut)
     moved = (points != drawing.points).any(axis=(1, 2))
     if moved.any():
         state.points.forget(moved)
         state.drawing = drawing.moved(points, drawing.colors, drawing.background)
+
+
+def _cut_where_nothing_shows(
+    state: State,
+    error: Callable[[Drawing], float],
+    large: list[slice],
+    points: NDArray[np.float64],
+    all_cut: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the points with outlines of the `large` ones from `all_cut`: all, or one by one those that may be."""
+    drawing, most = state.drawing, state.options.prune
+
+    def error_of(moved: NDArray[np.float64]) -> float:
+        return error(drawing.moved(moved, drawing.colors, drawing.background))
+
+    if error_of(all_cut) - (before := error_of(points)) <= most:
+        return all_cut
+    for run in large:
+        cut = points.copy()
+        cut[run] = all_cut[run]
+        after = error_of(cut)
+        if after - before <= most:
+            points, before = cut, after
+    return points

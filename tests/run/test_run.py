@@ -17,7 +17,8 @@ from livecl.drawing.assembly import empty_drawing
 from livecl.run.progress import Progress
 from livecl.run.run import Run
 from livecl.svg import format_svg, quantize
-from livecl.training.state import FREE, KEPT
+from livecl.training import step
+from livecl.training.state import FREE, KEPT, State
 
 
 def test_the_outcome_is_pruned_and_merged_when_all_is_done(device: int) -> None:
@@ -135,3 +136,18 @@ def test_outlines_placed_by_regions_are_cut_to_a_bleed_at_no_cost(device: int) -
     beyond = [float(np.maximum(-run.drawing.points, run.drawing.points - 240).max()) for run in (free, cut)]
     assert beyond[0] > 20 and beyond[1] <= 8  # the bleed is 4 px; outlines are cut from twice that on
     assert cut.mse == pytest.approx(free.mse, rel=1e-3)
+
+
+def test_what_loops_show_is_looked_at_once_a_phase(device: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    looks: list[int] = []
+
+    def noted(state: State, error: object = None) -> None:
+        if error is not None:
+            looks.append(state.iteration)
+
+    monkeypatch.setattr(step, "untangle_outlines", noted)
+    run = new_run(Options(placement="region", iterations=80, end_early=False), (1,), device, SMALL)
+    run.begin()
+    while not run.trained:
+        run.step()
+    assert looks == [80]

@@ -171,6 +171,16 @@ def test_a_loop_is_kept_where_it_shows_something(device: int) -> None:
         assert np.array_equal(state.drawing.points, drawing.points) == kept
 
 
+def test_only_small_loops_are_cut_without_a_look_at_what_they_show() -> None:
+    # Two lobes on either side of a crossing; of the second outline the lower one has 2 px^2.
+    shapes = [polygon([(2, 4), (14, 4), (4, 20), (12, 20)]), polygon([(16, 4), (28, 4), (21.1, 20), (22.9, 20)])]
+    drawing = build([([shape], (1, 0, 0, 1)) for shape in shapes], (24, 30))
+    state = State.start(drawing, Options(), 0)
+    untangle_outlines(state)
+    moved = (state.drawing.points != drawing.points).any(axis=(1, 2))
+    assert not moved[:4].any() and moved[4:].any()
+
+
 def test_adam_starts_anew_for_segments_that_lost_a_loop() -> None:
     shapes = [polygon([(2, 2), (10, 10), (10, 2), (2, 12)]), rectangle(14, 2, 20, 10)]
     state = State.start(build([([shape], (1, 0, 0, 1)) for shape in shapes], (24, 24)), Options(), 0)
