@@ -79,12 +79,13 @@ def editable(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Dra
 
 
 def _verified(context: Context, drawing: Drawing, edited: Drawing) -> Drawing:
-    """Return an edited drawing after training, its layers as they were where they cost more than they save."""
+    """Return an edited drawing after training, its layers as they were, or these tidied, where they cost more."""
     editor = _Editor(context, edited, 1.0)
     outlines = []
     for layer, pair in enumerate(zip(_outlines(edited), _outlines(drawing), strict=True)):
         context.check()
-        outlines.append(editor.cheapest(layer, list(pair)) if not _same(*pair) else pair[1])
+        tidy = [tidied(subpath, FITS[-1].tolerance) for subpath in pair[1]] if context.options.simplify else pair[1]
+        outlines.append(pair[1] if _same(*pair) else editor.cheapest(layer, [*pair, tidy]))
         editor.advance(layer)
     return _with_outlines(edited, outlines)
 

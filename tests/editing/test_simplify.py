@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from livecl.drawing import Drawing
 from livecl.editing import editable, simplify
 from livecl.editing.constraints import Constraints
 from livecl.editing.simplify import NUMBER_ERROR, numbers_of, price_of
+from livecl.editing.tidying import tidied
 from livecl.geometry import bezier
 from livecl.layering.context import Context
 from livecl.options import PRESETS, Options
@@ -124,7 +127,7 @@ def test_bent_joins_cost_more_and_smooth_ones_less_than_their_numbers() -> None:
 
 
 def test_what_training_cannot_make_good_is_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Edited outlines that come out of training far away: the layer is as it was, others stay edited."""
+    """Edited outlines that come out of training far away: the layer has the nodes that it had, others stay edited."""
     true, ours = scene()
     context = context_of(true)
 
@@ -137,8 +140,20 @@ def test_what_training_cannot_make_good_is_taken_back(monkeypatch: pytest.Monkey
     monkeypatch.setattr(simplify, "polished", worse)
     found = editable(context, ours, np.ones(4, bool))
     first = slice(0, ours.segment_offsets[1])
-    np.testing.assert_array_equal(found.points[first], ours.points[first])
+    as_it_was = tidied(ours.points[first], simplify.FITS[-1].tolerance)
+    np.testing.assert_array_equal(found.points[first], as_it_was)
+    np.testing.assert_array_equal(as_it_was[:, 0], ours.points[first, 0])
     assert found.num_segments < ours.num_segments / 2
+
+
+def test_what_is_taken_back_is_tidied(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sides that are nearly level or plumb become so, though the edited outline comes out of training far away."""
+    true = read_svg(b'<svg width="120" height="90"><path d="M20 20h60v40h-25l-5 8l-5-8h-25z" fill="#c33"/></svg>')
+    true = true.replace(background=(1, 1, 1))
+    tilted = true.replace(points=true.points + np.random.default_rng(0).normal(0, 0.02, (true.num_segments, 1, 2)))
+    monkeypatch.setattr(simplify, "polished", lambda _, drawing, __: drawing.replace(points=drawing.points + 3.0))
+    data = format_svg(editable(context_of(true), tilted, np.ones(1, bool))).split(' d="')[1].split('"')[0]
+    assert len(re.findall("[hH]", data)) == 3 and len(re.findall("[vV]", data)) >= 1
 
 
 @pytest.mark.parametrize("seed", range(3))
