@@ -183,8 +183,9 @@ def _solved(
     rest = points[:, 1:-1] - _combined(basis[..., [0, 3]], ends)
     gram, right = _normal_equations(inner, rest - _combined(inner, ends), way, weights)
     diagonal = np.arange(4)
-    gram[:, diagonal, diagonal] += 1e-9 * np.trace(gram, axis1=1, axis2=2)[:, None] + 1e-12
+    ridge = 1e-9 * np.trace(gram, axis1=1, axis2=2)[:, None] + 1e-12
     if tangents is None:
+        gram[:, diagonal, diagonal] += ridge
         steps = np.linalg.solve(gram, right[..., None])[..., 0]
         moves = steps[:, ::2] + 1j * steps[:, 1::2]
     else:  # along and across the tangents, not along x and y
@@ -193,6 +194,7 @@ def _solved(
         turned[:, [0, 2], [0, 2]] = turned[:, [1, 3], [1, 3]] = out.real
         turned[:, [0, 2], [1, 3]], turned[:, [1, 3], [0, 2]] = out.imag, -out.imag
         gram = turned @ gram @ turned.transpose(0, 2, 1)
+        gram[:, diagonal, diagonal] += ridge  # here, as a tangent of a place without an extent is 0
         gram[:, [1, 3], [1, 3]] += np.where(tangents.free, 0.0, HOLD)
         steps = np.linalg.solve(gram, turned @ right[..., None])[..., 0]
         _clip(steps, points, tangents.free)

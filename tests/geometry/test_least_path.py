@@ -75,3 +75,11 @@ def test_the_cheapest_way_pays_for_joins() -> None:
     assert cheapest_way(lines, curves, joins) == ([0, 1, 2, 3], [True, False, True], 4.0)
     assert cheapest_way(lines, curves, joins + 2) == ([0, 3], [False], 6.5)
     assert not np.isfinite(cheapest_way(np.full((2, 2), np.inf), np.full((2, 2), np.inf))[2])
+
+
+def test_a_segment_without_extent_and_tangents_has_handles_at_its_place() -> None:
+    points, free = np.full((1, SAMPLES + 2), 3 + 4j), np.zeros((1, 2), bool)
+    none = np.zeros(1, complex)
+    handles, distances = fit_curves(points, np.ones((1, SAMPLES)), Tangents(none, none, free))
+    np.testing.assert_allclose(handles, 3 + 4j)
+    np.testing.assert_allclose(distances, 0)
