@@ -153,7 +153,7 @@ class _Editor:
         return found[chosen]
 
     def _descriptions(self, layer: int, outline: Outline, members: list[int]) -> list[Outline]:
-        """Return descriptions of an outline of which some subpaths are tidied, traced anew, or a shape."""
+        """Return other descriptions of an outline, of which some subpaths are tidied, traced anew, or a shape."""
         options = self._context.options
         traces = [self._trace(layer, outline[k]) for k in members]
         found: list[Outline] = []
@@ -162,7 +162,8 @@ class _Editor:
             changed = list(outline)
             for k, subpath in zip(members, subpaths, strict=True):
                 changed[k] = changed[k] if subpath is None else subpath
-            found.append(changed)
+            if not any(_same(changed, known) for known in (outline, *found)):
+                found.append(changed)
 
         if options.simplify:
             for fit in FITS:

@@ -179,3 +179,17 @@ def test_constraints_hold_after_any_move(seed: int) -> None:
     assert abs(into[0] * out[1] - into[1] * out[0]) < 1e-9 * np.hypot(*into) * np.hypot(*out)
     held = Constraints(drawing, np.array([False, True, True, True])).held(drawing.points + moves)
     np.testing.assert_array_equal(held[:5], drawing.points[:5])
+
+
+def test_no_description_is_weighed_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    true, _ = scene()
+    weighed: list[list[bytes]] = []
+    cheapest = simplify._Editor.cheapest
+
+    def noted(self: simplify._Editor, layer: int, found: list[list[np.ndarray]]) -> list[np.ndarray]:
+        weighed.append([b"".join(subpath.tobytes() for subpath in outline) for outline in found])
+        return cheapest(self, layer, found)
+
+    monkeypatch.setattr(simplify._Editor, "cheapest", noted)
+    editable(context_of(true, primitives=False), true, np.ones(4, bool))  # tidied, most of it is as it was
+    assert weighed and all(len(set(found)) == len(found) for found in weighed)
