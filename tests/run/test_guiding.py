@@ -97,7 +97,7 @@ def test_what_does_not_go_together_is_refused_in_one_line(tmp_path: Path, capsys
 
 def test_the_time_limit_is_that_of_the_whole() -> None:
     begin = time.monotonic()
-    recipe = Recipe(options=Options(iterations=10_000, fills="solid"), masks=masks())
+    recipe = Recipe(options=Options(iterations=10_000, fills="solid", end_early=False), masks=masks())
     result = recipe.vectorize(render(face()), control=Control(time_limit=4.0))
     assert result.stopped == "time limit" and time.monotonic() - begin < 12
     assert {("head",), ("hat",)} <= set(result.drawing.groups)

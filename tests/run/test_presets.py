@@ -46,12 +46,12 @@ def test_icons_have_the_layers_and_colours_that_a_person_draws(drawn: Drawing) -
 
 
 @pytest.mark.slow
-def test_clip_art_has_no_more_layers_and_nodes_than_by_default() -> None:
-    image = livecl.read_image(EXAMPLES / "fruit.png")
+def test_clip_art_leaves_out_layers_that_the_default_has() -> None:
+    image = livecl.read_image(EXAMPLES / "scene.png")
     default, clipart = (
         livecl.vectorize(image, options=Options.preset(name, placement="region", background="white"))
         for name in ("default", "clipart")
     )
-    assert clipart.drawing.num_layers <= default.drawing.num_layers
+    assert clipart.drawing.num_layers < default.drawing.num_layers
     assert clipart.drawing.num_segments < default.drawing.num_segments
-    assert clipart.mse < 1e-4
+    assert clipart.mse < 3e-4

@@ -270,7 +270,7 @@ def test_the_run_asks_whether_to_stop_between_any_two_pieces_of_work(device: int
 
     result = vectorize(SMALL, 4, device=device, control=livecl.Control(stop=stop))
     assert result.stopped == "enough" and result.drawing.num_layers == 0
-    assert len(asked) == 2, "in the search for structure, and by the loop, which then ends the run"
+    assert 1 <= len(asked) <= 2, "by the loop, which ends the run; in the search for structure, if that takes a moment"
     asked.clear()
     vectorize(
         SMALL,
