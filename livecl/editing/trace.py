@@ -90,12 +90,16 @@ def trace(cubics: FloatArray) -> Trace | None:
     points = np.stack([np.interp(at, lengths, closed[:, axis]) for axis in (0, 1)], axis=1)
     anchors = lengths[np.concatenate([[0], np.cumsum(counts)[:-1]])]
     step = total / count
+    sharp = np.abs(turning(points, 1))
+    sharp = np.max([np.roll(sharp, shift) for shift in (-1, 0, 1)], axis=0) > SURE
     bends, turns = _corners(_evened(points, CORNERS_EVENED / step), step)
     points = _evened(points, EVENED / step)
     extremes = _extremes(points, step)
     spaced = np.arange(0, count, max(SPACING / step, count / PLACES)).astype(np.int64)
     near = np.rint(anchors / step).astype(np.int64) % count
     places = np.unique(np.concatenate([near, np.flatnonzero(extremes), spaced, bends]))
+    # Evened, a corner would pass for a bend: one that turns within a step is no smooth node.
+    places = np.setdiff1d(places, bends[sharp[bends] & (turns > SURE)])
     return Trace(points, step, np.ones(count), bends, turns, places, extremes)
 
 

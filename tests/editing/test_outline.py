@@ -102,3 +102,13 @@ def test_tolerance_bounds_straying() -> None:
 
 def test_a_point_has_no_shape() -> None:
     assert trace(polygon((5, 5), (5.1, 5), (5.1, 5.1))) is None
+
+
+def test_sharp_corners_are_no_smooth_nodes_and_rounded_ones_may_be() -> None:
+    """A triangle's corners, and those of a rectangle rounded at a radius of 1.5 px."""
+    sharp = trace(polygon((20.3, 20.1), (90.2, 30.4), (40.1, 80.2)))
+    assert sharp is not None and len(sharp.corners) == 3
+    assert not np.isin(sharp.corners, sharp.places).any()
+    rounded = trace(np.asarray(rectangle_outline(20.0, 20.0, 60.0, 40.0, 1.5, 1.5)[0]))
+    assert rounded is not None and len(rounded.corners) == 4
+    assert np.isin(rounded.corners, rounded.places).all()
