@@ -80,9 +80,24 @@ def filled_out(contour: Contour, below: BoolArray, room: BoolArray, outlines: Ou
     hidden = below[contour.across]
     if whole is contour and hidden.any() and not hidden.all():
         hull = _around(contour, _hull(contour.points[~hidden]), below, room, outlines)
-        if hull is not None and _whole_price(hull, contour, prices) < price - prices.saving:
+        if (
+            hull is not None
+            and _whole_price(hull, contour, prices) < price - prices.saving
+            and outlines.share_in(_between(contour, hull), room) >= COVERED
+        ):
             return hull
     return whole
+
+
+def _between(inner: Contour, outer: Contour) -> FloatArray:
+    """Return the centres (n, 2) of pixels within one contour, and not within another."""
+    from skimage.measure import points_in_poly
+
+    low, high = np.floor(outer.points.min(axis=0)), np.ceil(outer.points.max(axis=0))
+    columns, rows = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
+    points = np.column_stack([columns.ravel(), rows.ravel()])
+    points = points[points_in_poly(points, outer.points)]
+    return np.asarray(points[~points_in_poly(points, inner.points)])
 
 
 def _whole_price(whole: Contour, seen: Contour, prices: Prices) -> float:

@@ -122,6 +122,16 @@ def test_a_shape_whose_gap_does_not_close_by_itself_is_as_convex_as_it_may_be() 
     assert abs(filled_out(bay, *arguments).area) == pytest.approx(width * 56, abs=2 * 56)
 
 
+def test_a_shape_is_not_filled_out_over_ground_that_shows() -> None:
+    whole = box(18, 20, 78, 76)
+    image = picture((whole, RED), (whole & disc(70, 48, 34), BLUE), (disc(44, 48, 5), WHITE))
+    outlines = Outlines(flat_regions(image))
+    red, blue = (int(outlines.regions.labels[48, column]) for column in (22, 60))
+    below = outlines.marks([blue])
+    bay = outlines.outer(red)
+    assert filled_out(bay, below, outlines.room([red], below), outlines, PRICES) is bay
+
+
 def test_the_ground_is_seen_between_two_arms_that_meet_on_a_third() -> None:
     arms = (box(10, 60, 86, 80), RED), (box(14, 20, 26, 64), BLUE), (box(26, 20, 70, 30), GREEN)
     last = (box(60, 30, 70, 61), YELLOW)
