@@ -160,6 +160,16 @@ def test_circles_and_boxes_of_larger_pictures_are_such() -> None:
     assert svg.count("<circle") == 1 and svg.count("<rect") == 2 and "<path" not in svg
 
 
+@pytest.mark.parametrize("radius", [24, 31])
+def test_discs_whose_edges_were_never_smooth_are_circles(radius: float) -> None:
+    """Their edges are steps of whole pixels, which more numbers could follow a little better."""
+    rows, columns = np.indices((90, 121)) + 0.5
+    image = np.ones((90, 121, 3))
+    image[np.hypot(columns - 42.3, rows - 45) < radius] = (0.8, 0.2, 0.1)
+    recipe = Recipe(paths=1, options=Options(iterations=60, revisions=0))
+    assert recipe.svg(recipe.vectorize(image).drawing).count("<circle") == 1
+
+
 def test_ids_are_those_of_a_nearly_equal_picture() -> None:
     """Noise that nobody sees and a shift by a pixel change no ids; of equal things, either may be painted first."""
     image = livecl.read_image(ROOT / "examples" / "face.png")
