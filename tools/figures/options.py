@@ -88,7 +88,7 @@ def holes(file: Path) -> None:
     cells: list[Cell] = []
     columns = 6
     for option, opened in (("with holes", True), ("without", False)):
-        drawing = run("face", preset="default", holes=opened).drawing
+        drawing = run("face", preset="default", placement="region", holes=opened).drawing
         for layer, label in enumerate(drawing.labels):
             alone = drawing.layer_subset([layer]).replace(background=(0.93, 0.93, 0.93))
             cells.append((shown(alone), label.partition(" ")[2], option if layer == 0 else ""))
@@ -114,6 +114,7 @@ FIGURES: dict[str, Callable[[Path], None]] = {
     "options-placement": placement,
     "options-holes": holes,
     "options-background": varied("background", "soft", ("picture", "white", "auto", "#203040", "train"), paths=12),
+    "options-fills": varied("fills", "sunset", ("solid", "linear", "radial", "auto"), preset="default"),
     "options-xing-weight": varied("xing weight", "portrait", (0.0, 0.01, 0.1, 1.0), preset="paper"),
     "options-max-segments": varied("max segments", "letter", (4, 8, 12, 16, 24), paths=1),
     "options-size": varied("size", "astronaut", (64, 128, 256, 512), paths=32),
