@@ -112,10 +112,15 @@ class Strokes:
         mitered = np.where(self.joins == JOINS.index("miter"), np.maximum(self.miter_limits, np.sqrt(2)), np.sqrt(2))
         return np.asarray(self.widths / 2 * mitered)
 
-    def moved(self, widths: FloatArray) -> Strokes:
-        """Return strokes of other widths, unchecked: for loops that call it often; 0 stays 0, others stay above it."""
+    def moved(self, widths: FloatArray, pens: Strokes | None = None) -> Strokes:
+        """Return strokes of other widths, unchecked: for loops that call it often; 0 stays 0, others stay above it.
+
+        `pens` are strokes of as many layers whose caps, joins and miter limits are taken.
+        """
         strokes = object.__new__(Strokes)
         strokes.__dict__.update(self.__dict__, widths=widths)
+        if pens is not None:
+            strokes.__dict__.update(caps=pens.caps, joins=pens.joins, miter_limits=pens.miter_limits)
         return strokes
 
     def quantized(self, precision: int) -> Strokes:

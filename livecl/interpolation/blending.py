@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, TypeAlias, get_args, overload
+from typing import Literal, NamedTuple, get_args, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,18 +13,37 @@ from livecl.drawing.assembly import stretched
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
 from livecl.drawing.fills import Fills, concatenate_fills
+from livecl.drawing.strokes import Strokes, concatenate_strokes
 from livecl.errors import check_type
 from livecl.geometry import bezier
 from livecl.interpolation.alignment import CubicPaths, align
 from livecl.interpolation.fills import mix_geometry, paired_fills
+from livecl.interpolation.lines import CenterLine, align_lines
 from livecl.interpolation.matching import Match, match_layers
 
 #: Transitions of layers without a partner.
 Lone = Literal["fade", "grow"]
 
+#: Width, px, of a stroke that grows from nothing.
+THIN = 1e-3
+
 FloatArray = NDArray[np.float64]
-#: Outline, colour, straight RGBA, and fill.
-_Layer: TypeAlias = tuple[CubicPaths, FloatArray, Fills]
+
+
+class _Layer(NamedTuple):
+    """Subpaths, closed or the segments of open lines; colour, straight RGBA; fill and pen, of one layer each."""
+
+    outline: CubicPaths
+    color: FloatArray
+    fills: Fills
+    strokes: Strokes
+
+    def rows(self) -> list[FloatArray]:
+        """Return the points of each subpath; an open line's end is a row of its own."""
+        return [
+            np.concatenate([cubics[:, :3], np.broadcast_to(cubics[-1:, 3:], (1, 3, 2))]) if is_open else cubics[:, :3]
+            for cubics, is_open in zip(self.outline, self.strokes.is_open, strict=True)
+        ]
 
 
 @overload
@@ -72,6 +91,10 @@ def interpolate(
     Points: ``p = (1 - t) p_a + t p_b``, after :func:`livecl.interpolation.alignment.align`. Colours are mixed
     premultiplied, see :func:`mix_colors`, and so are those of a gradient's stops, whose points and places are mixed
     like points. Fills of different kinds: :func:`livecl.interpolation.fills.paired_fills`.
+
+    Strokes: centre lines are matched by :func:`livecl.interpolation.lines.align_lines`, widths are mixed, and caps,
+    joins and miter limits change half-way. A stroked layer and a filled one do not become each other: one goes as the
+    other comes.
     """
     places = np.atleast_1d(np.asarray(t, dtype=np.float64))
     if places.ndim != 1 or not np.all((places >= 0) & (places <= 1)):
@@ -89,8 +112,6 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
     """
     for name, drawing in (("a", a), ("b", b)):
         check_type(name, drawing, Drawing, WANTED_DRAWING)
-        if drawing.strokes.any:
-            raise ValueError(f"{name}: has stroked layers, and only filled ones are interpolated")
     if a.size != b.size:
         raise ValueError(
             f"b: canvas of {b.size} px, wanted that of a, {a.size}; livecl.interpolation.blending.fit_canvas scales it"
@@ -105,21 +126,24 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
     layers = [_layer_ends(a, b, i, j, lone) for i, j in pairs]
     starts, ends = [layer[0] for layer in layers], [layer[1] for layer in layers]
     start = Drawing.from_outlines(
-        [[subpath[:, :3] for subpath in outline] for outline, _, _ in starts],
-        [color for _, color, _ in starts],
+        [layer.rows() for layer in starts],
+        [layer.color for layer in starts],
         a.size,
         a.background,
         stages=[b.stages[j] if i is None else a.stages[i] for i, j in pairs],
         names=[(a.names[i] if i is not None else "") or (b.names[j] if j is not None else "") for i, j in pairs],
-        fills=concatenate_fills([fills for _, _, fills in starts]),
+        fills=concatenate_fills([layer.fills for layer in starts]),
+        strokes=concatenate_strokes([layer.strokes for layer in starts]),
     )
     start = start.replace(
         groups=[(() if i is None else a.groups[i]) or (() if j is None else b.groups[j]) for i, j in pairs]
     )
-    points = np.concatenate([subpath[:, :3] for outline, _, _ in ends for subpath in outline])
-    last = concatenate_fills([fills for _, _, fills in ends])
+    points = np.concatenate([rows for layer in ends for rows in layer.rows()])
+    last = concatenate_fills([layer.fills for layer in ends])
     fills = start.fills.moved(last.geometry, last.stop_positions, last.stop_colors)
-    return start, start.moved(points, np.array([color for _, color, _ in ends]), b.background, fills)
+    pens = concatenate_strokes([layer.strokes for layer in ends])
+    strokes = start.strokes.moved(pens.widths, pens)
+    return start, start.moved(points, np.array([layer.color for layer in ends]), b.background, fills, strokes)
 
 
 def mix_colors(a: ArrayLike, b: ArrayLike, t: float) -> FloatArray:
@@ -170,7 +194,7 @@ def collapsed(drawing: Drawing) -> Drawing:
     boxes = layer_boxes(drawing)
     middles = (boxes[:, :2] + boxes[:, 2:]) / 2
     points = np.broadcast_to(middles[drawing.segment_layers][:, None], drawing.points.shape)
-    return drawing.replace(points=points)
+    return drawing.replace(points=points, strokes=_thin(drawing.strokes))
 
 
 def _between(start: Drawing, end: Drawing, t: float) -> Drawing:
@@ -184,7 +208,10 @@ def _between(start: Drawing, end: Drawing, t: float) -> Drawing:
         _mix(first.stop_positions, last.stop_positions, t),
         mix_colors(first.stop_colors, last.stop_colors, t),
     )
-    return start.moved(_mix(start.points, end.points, t), mix_colors(start.colors, end.colors, t), background, fills)
+    nearer = start.strokes if t < 0.5 else end.strokes
+    strokes = start.strokes.moved(_mix(start.strokes.widths, end.strokes.widths, t), nearer)
+    colors = mix_colors(start.colors, end.colors, t)
+    return start.moved(_mix(start.points, end.points, t), colors, background, fills, strokes)
 
 
 def _mix(a: FloatArray, b: FloatArray, t: float | FloatArray) -> FloatArray:
@@ -193,30 +220,61 @@ def _mix(a: FloatArray, b: FloatArray, t: float | FloatArray) -> FloatArray:
 
 
 def _layer_ends(a: Drawing, b: Drawing, i: int | None, j: int | None, lone: Lone) -> tuple[_Layer, _Layer]:
-    """Return a layer's outline and fill at both ends: those of a pair, or of one layer and its absence."""
+    """Return a layer's outline and paint at both ends: those of a pair, or of one layer and its absence."""
     if i is not None and j is not None:
-        first, second = align(_outline(a, i), _outline(b, j))
-        fills = paired_fills(
-            a.fills.subset([i]), b.fills.subset([j]), (a.colors[i], b.colors[j]), (_box(first), _box(second))
-        )
-        return (first, a.colors[i], fills[0]), (second, b.colors[j], fills[1])
+        return _pair(_layer(a, i), _layer(b, j))
     if i is not None:
-        going = (_outline(a, i), a.colors[i], a.fills.subset([i]))
-        return going, _absent(going, lone)
+        return _layer(a, i), _absent(_layer(a, i), lone)
     assert j is not None, "each pair has a layer"
-    coming = (_outline(b, j), b.colors[j], b.fills.subset([j]))
-    return _absent(coming, lone), coming
+    return _absent(_layer(b, j), lone), _layer(b, j)
+
+
+def _pair(first: _Layer, second: _Layer) -> tuple[_Layer, _Layer]:
+    """Return two layers, both filled or both stroked, with subpaths, segments and stops that correspond."""
+    if first.strokes.any:
+        lines = [
+            [CenterLine(cubics, bool(opened)) for cubics, opened in zip(own.outline, own.strokes.is_open, strict=True)]
+            for own in (first, second)
+        ]
+        aligned = align_lines(*lines)
+        outlines = [[line.cubics for line in own] for own in aligned]
+        opened = np.array([line.is_open for line in aligned[0]])
+    else:
+        outlines = list(align(first.outline, second.outline))
+        opened = np.zeros(len(outlines[0]), bool)
+    fills = paired_fills(first.fills, second.fills, (first.color, second.color), (_box(outlines[0]), _box(outlines[1])))
+    ends = [
+        _Layer(outline, own.color, fill, _with_lines(own.strokes, opened))
+        for own, outline, fill in zip((first, second), outlines, fills, strict=True)
+    ]
+    return ends[0], ends[1]
 
 
 def _absent(layer: _Layer, lone: Lone) -> _Layer:
     """Return an invisible layer: collapsed to the middle of its box, or transparent."""
-    outline, color, fills = layer
     if lone == "fade":
-        clear = fills.stop_colors * (1.0, 1.0, 1.0, 0.0)
-        return outline, np.append(color[:3], 0.0), fills.with_numbers(stop_colors=clear)
-    bounds = _box(outline)
+        clear = layer.fills.stop_colors * (1.0, 1.0, 1.0, 0.0)
+        return layer._replace(color=np.append(layer.color[:3], 0.0), fills=layer.fills.with_numbers(stop_colors=clear))
+    bounds = _box(layer.outline)
     middle = (bounds[:2] + bounds[2:]) / 2
-    return [np.broadcast_to(middle, subpath.shape) for subpath in outline], color, fills
+    collapsed_paths = [np.broadcast_to(middle, subpath.shape) for subpath in layer.outline]
+    return layer._replace(outline=collapsed_paths, strokes=_thin(layer.strokes))
+
+
+def _thin(strokes: Strokes) -> Strokes:
+    """Return strokes that are too thin to be seen."""
+    return strokes.with_widths(np.where(strokes.widths > 0, THIN, 0.0)) if strokes.any else strokes
+
+
+def _with_lines(strokes: Strokes, is_open: NDArray[np.bool_]) -> Strokes:
+    """Return the pen of one layer, which draws other lines."""
+    return Strokes(
+        widths=strokes.widths,
+        caps=strokes.caps,
+        joins=strokes.joins,
+        miter_limits=strokes.miter_limits,
+        is_open=is_open,
+    )
 
 
 def _box(outline: CubicPaths) -> FloatArray:
@@ -224,5 +282,12 @@ def _box(outline: CubicPaths) -> FloatArray:
     return bezier.hull_bounds(np.concatenate(outline).reshape(-1, 2))
 
 
-def _outline(drawing: Drawing, layer: int) -> CubicPaths:
-    return [drawing.cubics[subpath] for subpath in drawing.subpaths(layer)]
+def _layer(drawing: Drawing, layer: int) -> _Layer:
+    first, last = drawing.layer_offsets[layer : layer + 2]
+    opened = drawing.strokes.is_open[first:last].tolist()
+    outline = [
+        drawing.cubics[rows][: -1 if is_open else None]
+        for rows, is_open in zip(drawing.subpaths(layer), opened, strict=True)
+    ]
+    pen = drawing.strokes.subset([layer], np.arange(first, last))
+    return _Layer(outline, drawing.colors[layer], drawing.fills.subset([layer]), pen)

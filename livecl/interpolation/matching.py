@@ -41,7 +41,8 @@ def match_layers(a: Drawing, b: Drawing, match: Match = "order") -> list[Pair]:
     Returns
     -------
     list of pairs of int or None
-        Every layer of either drawing once, in a paint order in which both look as they are: layers that overlap in `a`
+        Every layer of either drawing once, a filled one never with a stroked one, in a paint order in which both look
+        as they are: layers that overlap in `a`
         stand in the order of `a`, those that overlap in `b` in that of `b`. Where the nearest pairs contradict each
         other in this, the pair of the smallest layers is given up: they stay without partners.
 
@@ -54,7 +55,7 @@ def match_layers(a: Drawing, b: Drawing, match: Match = "order") -> list[Pair]:
         raise ValueError(f"match: got {match!r}, wanted {' or '.join(map(repr, get_args(Match)))}")
     differences = layer_differences(a, b)
     if match == "order":
-        return _in_order(differences)
+        return _of_one_kind(_in_order(differences), a, b)
     rows, columns = linear_sum_assignment(np.minimum(differences, MAX_DIFFERENCE))
     partners = {
         i: j for i, j in zip(rows.tolist(), columns.tolist(), strict=True) if differences[i, j] < MAX_DIFFERENCE
@@ -65,8 +66,9 @@ def match_layers(a: Drawing, b: Drawing, match: Match = "order") -> list[Pair]:
 def layer_differences(a: Drawing, b: Drawing) -> FloatArray:
     """Return how much the layers of two drawings differ: (N_a, N_b), no unit.
 
-    The sum of squared differences of eight numbers, each about from 0 to 1: middle and sides of the layer's box as
-    parts of the canvas's longer side, and, by `COLOR_WEIGHT`, straight red, green, blue and opacity.
+    The sum of squared differences of nine numbers, each about from 0 to 1: middle and sides of the layer's box as
+    parts of the canvas's longer side, by `COLOR_WEIGHT` straight red, green, blue and opacity, and 1 of strokes, 0 of
+    fills: too much for the nearest.
     """
     difference = _features(a)[:, None] - _features(b)[None]
     squares: FloatArray = np.sum(difference * difference, axis=2)
@@ -76,7 +78,8 @@ def layer_differences(a: Drawing, b: Drawing) -> FloatArray:
 def _features(drawing: Drawing) -> FloatArray:
     boxes = layer_boxes(drawing) / max(drawing.size)
     colors = drawing.colors * np.sqrt(COLOR_WEIGHT)
-    return np.concatenate([(boxes[:, :2] + boxes[:, 2:]) / 2, boxes[:, 2:] - boxes[:, :2], colors], axis=1)
+    kinds = (drawing.strokes.widths > 0).astype(np.float64)[:, None]
+    return np.concatenate([(boxes[:, :2] + boxes[:, 2:]) / 2, boxes[:, 2:] - boxes[:, :2], colors, kinds], axis=1)
 
 
 def _in_order(differences: FloatArray) -> list[Pair]:
@@ -97,6 +100,17 @@ def _in_order(differences: FloatArray) -> list[Pair]:
         i -= int(paired)
         pairs.append((i if paired else None, j - 1))
     return pairs[::-1]
+
+
+def _of_one_kind(pairs: list[Pair], a: Drawing, b: Drawing) -> list[Pair]:
+    """Return the pairs, those of a filled and a stroked layer as two layers without partners."""
+    found: list[Pair] = []
+    for i, j in pairs:
+        if i is None or j is None or (a.strokes.widths[i] > 0) == (b.strokes.widths[j] > 0):
+            found.append((i, j))
+        else:
+            found += [(i, None), (None, j)]
+    return found
 
 
 def _without_contradictions(partners: dict[int, int], a: Drawing, b: Drawing) -> list[Pair]:

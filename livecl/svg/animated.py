@@ -16,6 +16,7 @@ from livecl.drawing.canvas import check_canvases
 from livecl.drawing.checks import check_number
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import LINEAR, POSITION_DECIMALS, Fills
+from livecl.drawing.strokes import DEFAULT_MITER_LIMIT
 from livecl.files import write_atomically
 from livecl.svg import format_svg
 from livecl.svg.servers import format_gradient
@@ -27,6 +28,8 @@ MIN_SECONDS = 0.02
 HALF_LEVEL = 0.5 / 255
 #: Decimals of a gradient's angle, degrees.
 ANGLE_DECIMALS = 3
+#: Attributes of a stroke that have no values in between, and what they are where none is written.
+PEN = {"stroke-linecap": "butt", "stroke-linejoin": "miter", "stroke-miterlimit": f"{DEFAULT_MITER_LIMIT:g}"}
 
 FloatArray = NDArray[np.float64]
 
@@ -44,14 +47,16 @@ def format_animated_svg(
 ) -> str:
     """Return an SVG that moves from drawing to drawing, and never ends.
 
-    The path data and fills of layers are animated (SMIL), linearly from each drawing to the next at even times. What
-    does not change is not animated, and a drawing that lies on the way between its neighbours adds nothing to the file.
+    The path data, paints and widths of layers are animated (SMIL), linearly from each drawing to the next at even
+    times; caps, joins and miter limits change half-way. What does not change is not animated, and a drawing that lies
+    on the way between its neighbours adds nothing to the file.
     Where nothing plays animations the first drawing is seen.
 
     Parameters
     ----------
     drawings : sequence of Drawing
-        One or more of the same structure: canvas, layers, subpaths and segments, kinds of fills and numbers of stops.
+        One or more of the same structure: canvas, layers, subpaths and segments, kinds of fills and numbers of stops,
+        which layers are stroked, and which lines are open.
     seconds : float
         Time from the first drawing to the last.
     hold : float
@@ -87,16 +92,23 @@ def format_animated_svg(
     offsets = drawings[0].segment_offsets
     points = [drawing.points for drawing in drawings]
     colors = np.array([drawing.colors for drawing in drawings])
+    widths = np.array([drawing.strokes.widths for drawing in drawings])
     gradients: list[ElementTree.Element] = []
     layers = zip(*(document.iter(f"{{{SVG_NAMESPACE}}}path") for document in documents), strict=True)
     for layer, paths in enumerate(layers):
         own = np.array([frame[offsets[layer] : offsets[layer + 1]] for frame in points])
         _animate(paths, "d", own, 0.5 * 10.0**-precision, timeline)
+        paint = "fill"
+        if widths[0, layer]:
+            paint = "stroke"
+            _animate(paths, "stroke-width", widths[:, layer], 0.5 * 10.0**-precision, timeline)
+            for name, default in PEN.items():
+                _switch(paths, name, default, timeline)
         if drawings[0].fills.kinds[layer]:
             gradients.append(_animated_gradient(drawings, layer, paths[0], precision, timeline))
             continue
-        _animate(paths, "fill", colors[:, layer, :3], HALF_LEVEL, timeline)
-        _animate(paths, "fill-opacity", colors[:, layer, 3], HALF_LEVEL, timeline)
+        _animate(paths, paint, colors[:, layer, :3], HALF_LEVEL, timeline)
+        _animate(paths, f"{paint}-opacity", colors[:, layer, 3], HALF_LEVEL, timeline)
     if gradients:
         definitions = ElementTree.Element(f"{{{SVG_NAMESPACE}}}defs")
         definitions.extend(gradients)
@@ -110,10 +122,10 @@ def format_animated_svg(
 def _animated_gradient(
     drawings: Sequence[Drawing], layer: int, path: ElementTree.Element, precision: int, timeline: _Timeline
 ) -> ElementTree.Element:
-    """Return the gradient of a layer with the animations of its points and stops, and fill the path with it."""
-    identifier = f"{path.get('id')}-fill"
-    path.set("fill", f"url(#{identifier})")
-    path.attrib.pop("fill-opacity", None)
+    """Return the gradient of a layer with the animations of its points and stops, and paint the path with it."""
+    identifier, paint = f"{path.get('id')}-fill", "stroke" if drawings[0].strokes.widths[layer] else "fill"
+    path.set(paint, f"url(#{identifier})")
+    path.attrib.pop(f"{paint}-opacity", None)
     fills = [drawing.fills.quantized(precision) for drawing in drawings]
     elements = [
         _named(ElementTree.fromstring(format_gradient(drawing.replace(fills=own), layer, identifier, precision)))
@@ -202,6 +214,25 @@ def _animate(
     _add_animation(elements[0], "animate", {"attributeName": name}, texts, keys, timeline)
 
 
+def _switch(elements: Sequence[ElementTree.Element], name: str, default: str, timeline: _Timeline) -> None:
+    """Animate an attribute that has no values in between: it changes in the middle between two drawings."""
+    texts = [element.get(name, default) for element in elements]
+    if len(set(texts)) == 1:
+        return
+    order, times = timeline.order, timeline.times
+    changes = [key for key in range(1, len(order)) if texts[order[key]] != texts[order[key - 1]]]
+    middles = [(times[key - 1] + times[key]) / 2 for key in changes]
+    ElementTree.SubElement(
+        elements[0],
+        "animate",
+        {"attributeName": name, "calcMode": "discrete"},
+        dur=f"{times[-1]:.6g}s",
+        repeatCount="indefinite",
+        values=";".join(texts[order[key]] for key in [0, *changes]),
+        keyTimes=";".join(f"{time / times[-1]:.6g}" for time in [0, *middles]),
+    )
+
+
 def _add_animation(
     element: ElementTree.Element,
     tag: str,
@@ -248,8 +279,6 @@ def _check_structure(drawings: Sequence[Drawing]) -> None:
     check_canvases(drawings)
     first = drawings[0]
     for index, drawing in enumerate(drawings):
-        if drawing.strokes.any:
-            raise ValueError(f"drawings: {index} has stroked layers, and only filled ones are animated")
         same = np.array_equal(drawing.subpath_offsets, first.subpath_offsets)
         if not same or not np.array_equal(drawing.layer_offsets, first.layer_offsets):
             raise ValueError(
@@ -259,6 +288,11 @@ def _check_structure(drawings: Sequence[Drawing]) -> None:
         if not alike or not np.array_equal(drawing.fills.stop_offsets, first.fills.stop_offsets):
             raise ValueError(
                 f"drawings: {index} has fills of other kinds or stops than 0; livecl.interpolate makes them agree"
+            )
+        stroked = np.array_equal(drawing.strokes.widths > 0, first.strokes.widths > 0)
+        if not stroked or not np.array_equal(drawing.strokes.is_open, first.strokes.is_open):
+            raise ValueError(
+                f"drawings: {index} has other strokes or open lines than 0; livecl.interpolate makes them agree"
             )
         if (drawing.background is None) != (first.background is None):
             raise ValueError(f"drawings: of 0 and {index} one has a background and the other none")

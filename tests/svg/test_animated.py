@@ -11,10 +11,13 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from PIL import Image, ImageSequence
+from support import chromium, line_art
 from support.drawings import BLUE, GREEN, RED, build, many_layers, rectangle
 from support.shapes import circle
 
 import livecl
+from livecl.drawing import Strokes
+from livecl.drawing.colors import format_rgb
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.interpolation.blending import interpolate
@@ -245,3 +248,53 @@ def test_refuses_other_kinds_of_fills() -> None:
     a = shaded(Fills.linear((4, 0), (14, 0), [(1, 0, 0, 1), (0, 0, 1, 1)]))
     with pytest.raises(ValueError, match="fills of other kinds"):
         format_animated_svg([a, square(4)])
+
+
+def test_strokes_are_animated() -> None:
+    wide = Strokes(widths=[0, 4], caps=1, joins=1, is_open=np.array([False, False]))
+    thin = Strokes(widths=[0, 2], caps=1, joins=0, miter_limits=7, is_open=np.array([False, False]))
+    a, b = square(4).replace(strokes=wide), square(20, (*GREEN[:3], 0.5)).replace(strokes=thin)
+
+    found = animations(format_animated_svg(interpolate(a, b, [0, 1]), bounce=False))
+
+    assert {name: attributes["values"] for name, attributes in found.items() if name != "square d"} == {
+        "square stroke-width": "4;2",
+        "square stroke-linejoin": "round;miter",
+        "square stroke-miterlimit": "4;7",
+        "square stroke": ";".join(map(format_rgb, (RED, GREEN))),
+        "square stroke-opacity": "1;.50196",
+    }
+    assert found["square stroke-linejoin"]["calcMode"] == "discrete"
+    assert found["square stroke-linejoin"]["keyTimes"] == "0;0.5"
+    with pytest.raises(ValueError, match="drawings: 1 has other strokes or open lines than 0"):
+        format_animated_svg([a, square(4)])
+
+
+def test_gradients_of_strokes_are_animated() -> None:
+    pen = Strokes(widths=[0, 4], is_open=np.array([False, False]))
+    fills = [Fills.linear((4, 0), (x, 0), [(1, 0, 0, 1), (0, 0, 1, 1)]) for x in (14, 24)]
+
+    root = ElementTree.fromstring(format_animated_svg([shaded(fill).replace(strokes=pen) for fill in fills]))
+
+    path = list(root.iter(f"{SVG}path"))[1]
+    (gradient,) = root.iter(f"{SVG}linearGradient")
+    assert path.get("stroke") == f"url(#{gradient.get('id')})"
+    assert path.get("fill") == "none"
+
+
+@pytest.mark.full
+def test_chromium_shows_strokes_on_their_way(tmp_path: Path) -> None:
+    """Caps, joins, widths, cut and lone lines: at each moment as a still SVG of the drawing in between."""
+    a, b = line_art.DRAWINGS["house"], line_art.DRAWINGS["flower"]
+    text = format_animated_svg(interpolate(a, b, [0, 1]), seconds=1, hold=0)
+    for time in (0.25, 0.75, 1.4):
+        page = tmp_path / "page.html"
+        script = f"const s = document.querySelector('svg'); s.pauseAnimations(); s.setCurrentTime({time})"
+        page.write_text(f"<body style='margin:0'>{text}<script>{script}</script></body>")
+        between = interpolate(a, b, min(time, 2 - time))
+        between.save_svg(tmp_path / "still.svg")
+
+        moving = chromium.screenshot(page, line_art.SIZE)
+
+        still = chromium.screenshot(tmp_path / "still.svg", line_art.SIZE)
+        assert np.mean((moving - still) ** 2) < 1e-6  # coordinates are rounded before they are mixed, or after
