@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Outline scores: how well the nodes, lines and shapes of a drawing are those of the drawing that a picture shows.
 
-Compared are the outlines of things that are found, thing by thing (livecl/quality/things.py).
+Compared are the outlines of things that are found, thing by thing (livecl/quality/things.py), where the picture shows
+them: where no layer above covers them, and the colours on both sides differ.
 """
 
 from __future__ import annotations
@@ -32,6 +33,14 @@ NEAR, ALIGNED, APART = 0.5, 3.0, 1.5
 #: Length of the shortest side that is looked at, px; how far handles of a line may be from it; and share of a side's
 #: places that must be seen, and must lie on lines.
 SHORTEST, STRAIGHT, ENOUGH = 3.0, 1e-3, 0.75
+#: Length, px, of segments of the true outline that nobody sees: their ends are one node. Reach of the outline about a
+#: corner, px, that must be shown for it to count.
+UNSEEN, ARM = 0.25, 2.5
+#: Scale of the picture that shows outlines, distance from one at which both its sides are looked at, px, and least
+#: difference between them in a channel.
+SCALE, ASIDE, SHOWN = 4, 0.5, 0.02
+#: Distance, px, from which on another outline is a different edge.
+SAME_EDGE = 1.0
 #: Largest distance of an outline from the circle, ellipse or rectangle that it is, px; decimals of those written.
 SAME_SHAPE, PRECISION = 0.1, 9
 #: Distance between places of an outline, px.
@@ -50,16 +59,17 @@ class OutlineScores:
     shapes_written, shapes_false : int
         Elements written for things with a partner, and those whose partner is no such shape.
     joins, joins_smooth : int
-        Joins of the drawing's cubics and lines where the true outline is smooth, and turns by less than a right angle
-        within 3 px; and those that turn by 2 degrees or less.
+        Joins of the drawing's cubics and lines within half a pixel of the true outline where that is smooth, and turns
+        by less than a right angle within 3 px; and those that turn by 2 degrees or less.
     corners, corners_kept : int
-        Corners seen of the true things, and those that have a corner of the drawing's within half a pixel.
+        Corners shown of the true things, and those that have a corner of the drawing's within half a pixel.
     sides, sides_straight : int
-        Straight sides seen of the true things, and those along which the drawing has lines.
+        Straight sides shown of the true things, and those along which the drawing has lines.
     level, level_exact : int
         Sides of these that are level or plumb in the true drawing and lines in ours, and those that are exactly so.
-    edge, displacement : float
-        Length of the true outlines seen, px, and their mean distance from ours, px; 0 without such.
+    edge, edge_missed, displacement : float
+        Length of the true outlines shown, px; of them, what is farther than a pixel from ours; and the mean distance of
+        the rest from ours, px, 0 without such.
     """
 
     shapes: int
@@ -76,6 +86,7 @@ class OutlineScores:
     level: int
     level_exact: int
     edge: float
+    edge_missed: float
     displacement: float
 
 
@@ -92,7 +103,7 @@ def score_outlines(true: Drawing, drawing: Drawing) -> OutlineScores:
     true, rasterizer = scaled(true, drawing.size), Rasterizer(drawing.size)
     things, ours = things_of_drawing(true, rasterizer=rasterizer), things_of_drawing(drawing, rasterizer=rasterizer)
     overlap, partner = match_things(things, ours)
-    covers = rasterizer.coverages(true) >= INSIDE
+    covers, picture = rasterizer.coverages(true) >= INSIDE, _picture(true)
     counts: dict[str, Any] = dict.fromkeys((field.name for field in dataclasses.fields(OutlineScores)), 0)
     distances: list[FloatArray] = []
     for k in range(len(things)):
@@ -110,14 +121,22 @@ def score_outlines(true: Drawing, drawing: Drawing) -> OutlineScores:
         counts["shapes_found"] += shape is not None
         counts["shapes_drawn"] += shape is not None and written == shape
         if subpaths and own:
-            layer = int(things.layers[k])
-            pair = _Pair(_Outline(subpaths), _Outline(own), np.logical_not(covers[layer + 1 :].any(axis=0)))
+            uncovered = np.logical_not(covers[int(things.layers[k]) + 1 :].any(axis=0))
+            pair = _Pair(_Outline(subpaths, UNSEEN), _Outline(own), uncovered, picture)
             for name, count in {**pair.joins(), **pair.corners(), **pair.sides()}.items():
                 counts[name] += count
             distances.append(pair.distances())
     whole = np.concatenate([np.zeros(0), *distances])
-    counts["edge"], counts["displacement"] = len(whole) * STEP, float(whole.mean()) if len(whole) else 0.0
+    near = whole[whole <= SAME_EDGE]
+    counts["edge"], counts["edge_missed"] = len(whole) * STEP, (len(whole) - len(near)) * STEP
+    counts["displacement"] = float(near.mean()) if len(near) else 0.0
     return OutlineScores(**counts)
+
+
+def _picture(drawing: Drawing) -> NDArray[Any]:
+    """Return the picture that a drawing shows, SCALE times its size."""
+    size = SCALE * drawing.size[0], SCALE * drawing.size[1]
+    return Rasterizer(size).forward(scaled(drawing, size))
 
 
 def _subpaths(drawing: Drawing, things: Things, thing: int) -> list[FloatArray]:
@@ -160,10 +179,10 @@ def _places(cubics: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 class _Outline:
-    """Joins, lines and places of a thing's subpaths."""
+    """Joins, lines and places of a thing's subpaths, without segments up to a length, px."""
 
-    def __init__(self, subpaths: list[FloatArray]) -> None:
-        parts = [_whole_segments(cubics) for cubics in subpaths]
+    def __init__(self, subpaths: list[FloatArray], shortest: float = 1e-6) -> None:
+        parts = [_whole_segments(cubics, shortest) for cubics in subpaths]
         cubics = np.concatenate(parts)
         before = np.concatenate([np.roll(part, 1, axis=0) for part in parts])
         self.anchors = cubics[:, 0]
@@ -179,6 +198,7 @@ class _Outline:
         places, self.polylines = zip(*map(_places, subpaths), strict=True)
         self.tight = np.concatenate([_tight(part) for part in places])
         self.places = np.concatenate(places)
+        self.ways = np.concatenate([_units(np.roll(part, -1, axis=0) - np.roll(part, 1, axis=0)) for part in places])
 
     def distances(self, points: FloatArray) -> FloatArray:
         """Return the distances of points (n, 2) from the outline, px: (n,)."""
@@ -195,9 +215,13 @@ def _tight(places: FloatArray) -> FloatArray:
     return places[np.abs(turn) >= np.radians(TIGHT)]
 
 
-def _whole_segments(cubics: FloatArray) -> FloatArray:
-    """Return the cubics of a subpath that have a length."""
-    kept = cubics[np.abs(cubics - cubics[:, :1]).max(axis=(1, 2)) > 1e-6]
+def _units(vectors: FloatArray) -> FloatArray:
+    return np.asarray(vectors / np.maximum(np.hypot(*vectors.T), 1e-12)[:, None])
+
+
+def _whole_segments(cubics: FloatArray, shortest: float) -> FloatArray:
+    """Return the cubics of a subpath that are longer than a length, px."""
+    kept = cubics[np.abs(cubics - cubics[:, :1]).max(axis=(1, 2)) > shortest]
     return kept if len(kept) else cubics
 
 
@@ -225,40 +249,49 @@ def _from_lines(points: FloatArray, lines: FloatArray) -> FloatArray:
 class _Pair:
     """A thing of the true drawing and the one found for it."""
 
-    def __init__(self, true: _Outline, ours: _Outline, seen: BoolArray) -> None:
-        self._true, self._ours, self._uncovered = true, ours, seen
+    def __init__(self, true: _Outline, ours: _Outline, uncovered: BoolArray, picture: NDArray[Any]) -> None:
+        self._true, self._ours, self._uncovered, self._picture = true, ours, uncovered, picture
+        self._places_shown = self._shown(true.places, true.ways)
 
-    def _seen(self, points: FloatArray) -> BoolArray:
-        """Return which points (n, 2) no layer above covers: (n,)."""
+    def _shown(self, points: FloatArray, ways: FloatArray) -> BoolArray:
+        """Return which points (n, 2) no layer above covers, and have two colours beside their ways (n, 2): (n,)."""
         height, width = self._uncovered.shape
         columns, rows = np.floor(points).astype(np.int64).T
         inside = (columns >= 0) & (rows >= 0) & (columns < width) & (rows < height)
-        return inside & self._uncovered[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
+        inside &= self._uncovered[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
+        across = ASIDE * np.stack([-ways[:, 1], ways[:, 0]], axis=1)
+        columns, rows = (
+            np.floor(SCALE * np.stack([points + across, points - across])).astype(np.int64).transpose(2, 0, 1)
+        )
+        sides = self._picture[np.clip(rows, 0, SCALE * height - 1), np.clip(columns, 0, SCALE * width - 1)]
+        return np.asarray(inside & (np.abs(sides[0] - sides[1]).max(axis=-1) >= SHOWN))
 
     def joins(self) -> dict[str, int]:
         """Count our joins where the true outline is smooth, and turns by less than a right angle within 3 px."""
         bends = np.concatenate([self._true.anchors[self._true.turns > SMOOTH], self._true.tight])
         gaps = np.hypot(*np.moveaxis(self._ours.anchors[:, None] - bends, -1, 0)).min(axis=1, initial=np.inf)
-        turns = self._ours.turns[gaps > APART]
+        turns = self._ours.turns[(gaps > APART) & (self._true.distances(self._ours.anchors) <= NEAR)]
         return {"joins": len(turns), "joins_smooth": int(np.count_nonzero(turns <= SMOOTH))}
 
     def corners(self) -> dict[str, int]:
-        """Count the true corners that are seen."""
+        """Count the true corners that are shown: most of the outline about them is."""
         points = self._true.anchors[self._true.turns >= CORNER]
-        points = points[self._seen(points)]
+        arms = np.hypot(*np.moveaxis(points[:, None] - self._true.places, -1, 0)) <= ARM
+        points = points[(arms & self._places_shown).sum(axis=1) >= ENOUGH * np.maximum(arms.sum(axis=1), 1)]
         bends = self._ours.anchors[self._ours.turns >= CORNER / 2]
         gaps = np.hypot(*np.moveaxis(points[:, None] - bends, -1, 0)).min(axis=1, initial=np.inf)
         return {"corners": len(points), "corners_kept": int(np.count_nonzero(gaps <= NEAR))}
 
     def sides(self) -> dict[str, int]:
-        """Count the true straight sides that are seen."""
+        """Count the true straight sides that are shown."""
         counts = dict.fromkeys(("sides", "sides_straight", "level", "level_exact"), 0)
         steps = self._ours.lines[:, 1] - self._ours.lines[:, 0]
         for start, end in self._true.lines:
             chord = end - start
             length = np.hypot(*chord)
             at = start + chord * np.linspace(0.15, 0.85, 8)[:, None]
-            if length < SHORTEST or self._seen(at).mean() < ENOUGH:
+            ways = np.broadcast_to(chord / max(length, 1e-12), at.shape)
+            if length < SHORTEST or self._shown(at, ways).mean() < ENOUGH:
                 continue
             counts["sides"] += 1
             sine = np.abs(steps[:, 0] * chord[1] - steps[:, 1] * chord[0])
@@ -275,6 +308,5 @@ class _Pair:
         return counts
 
     def distances(self) -> FloatArray:
-        """Return the distances of the true outline's places that are seen from ours, px."""
-        places = self._true.places
-        return self._ours.distances(places[self._seen(places)])
+        """Return the distances of the true outline's places that are shown from ours, px."""
+        return self._ours.distances(self._true.places[self._places_shown])

@@ -71,8 +71,35 @@ def test_shapes_written_for_others_are_false_and_hidden_corners_do_not_count() -
     found = scores(disc(25, 30, 14), true=(blob,))
     assert (found.shapes, found.shapes_written, found.shapes_false) == (0, 1, 1)
     covered = build([([rectangle(10, 10, 50, 50)], RED), ([rectangle(40, 0, 80, 60)], BLUE)], SIZE)
-    assert score_outlines(covered, covered).corners == 6
-    assert score_outlines(covered, covered).sides == 7  # one is hidden; two are seen on three quarters
+    assert score_outlines(covered, covered).corners == 4  # two are hidden, two at the picture's border
+    assert score_outlines(covered, covered).sides == 6  # one is hidden, one at the border; two on three quarters
+
+
+def test_what_no_picture_shows_does_not_count() -> None:
+    touching = build([([rectangle(20, 20, 60, 60)], RED), ([rectangle(40, 30, 80, 50)], RED)], SIZE)
+    found = score_outlines(touching, touching)
+    assert (found.corners, found.sides) == (4 + 2, 3 + 1)  # of three sides, only half is not within the other
+    assert found.edge == pytest.approx(160 - 20 + 60, abs=4)
+
+
+def test_nodes_that_nobody_tells_apart_are_one() -> None:
+    cut = polygon([(20.0, 20.0), (60.0, 20.0), (60.1, 20.1), (60.0, 60.0), (20.0, 60.0)])
+    found = scores(rectangle(20, 20, 60, 60), true=(cut,))
+    assert (found.corners, found.corners_kept) == (4, 4)
+    spike = polygon([(20.0, 20.0), (40.0, 20.0), (40.0, 20.1), (39.9, 20.1), (39.9, 20.0), (60.0, 20.0), (40.0, 60.0)])
+    assert scores(spike, true=(spike,)).corners == 3
+
+
+def test_edges_farther_than_a_pixel_are_missed_and_not_displaced() -> None:
+    found = scores(rectangle(22, 20, 60, 60), true=(rectangle(20, 20, 60, 60),))
+    assert found.edge_missed / found.edge == pytest.approx(1 / 4, abs=0.02)
+    assert found.displacement < 0.02
+
+
+def test_joins_off_the_true_outline_do_not_count() -> None:
+    true = (disc(25, 30, 15),)
+    near, far = (scores(disc(25 + by, 30, 15), true=true) for by in (0.0, 0.9))
+    assert (near.joins, far.joins) == (4, 2)
 
 
 def test_missing_things_are_shapes_not_drawn() -> None:

@@ -49,6 +49,7 @@ SUMMARY: dict[str, tuple[str, Callable[[Any], str]]] = {
     "sides_straight": ("straight", "{:.0%}".format),
     "level_exact": ("level", "{:.0%}".format),
     "displacement": ("edge px", "{:.3f}".format),
+    "edge_missed": ("missed", "{:.1%}".format),
     "more_layers": ("layers x", "{:.2f}".format),
     "more_cubics": ("cubics x", "{:.2f}".format),
 }
@@ -151,6 +152,7 @@ def _statistics(rows: Sequence[Row]) -> Row:
         "sides_straight": share("sides_straight", "sides"),
         "level_exact": share("level_exact", "level"),
         "displacement": weighted("displacement", "edge"),
+        "edge_missed": share("edge_missed", "edge"),
         "overlap": weighted("overlap", "things"),
         "hidden_overlap": weighted("hidden_overlap", "hidden"),
         **{name: share(name, "things") for name in ("found", "missed", "extra")},
