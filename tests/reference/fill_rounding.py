@@ -21,9 +21,9 @@ import dataclasses
 import numpy as np
 from numpy.typing import ArrayLike
 
-import reference
 from livecl.drawing.drawing import Drawing
 from livecl.rendering.fills import D_GEOMETRY, FillGradients, fill_gradients, record_reals
+from reference import images
 from reference.composite import paint_backward
 from reference.fill import layer_paints
 from reference.places import DEVIATIONS, ROUNDING, Between, FloatArray, Places, gradient_places
@@ -64,7 +64,7 @@ def fills_tolerances(
 
 def _errors(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return dL/dc of each pixel, (N, H, W, 4), and the variance of its components, (H, W)."""
-    shares, paints = reference.layer_coverages(drawing, pieces), layer_paints(drawing)
+    shares, paints = images.layer_coverages(drawing, pieces), layer_paints(drawing)
     size = np.sum(d_image**2, axis=2) * d_image.shape[2]
     variance = size * image_variance(drawing, pieces, 3, max(drawing.size))
     return paint_backward(d_image, shares, paints, drawing.background)[1], variance

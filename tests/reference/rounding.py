@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-import reference
 from livecl.drawing.drawing import Drawing
+from reference import images
 from reference.composite import composite_backward
 from reference.coverage import lines_of, winding_area
 from reference.fill import layer_paints
@@ -54,7 +54,7 @@ def image_variance(drawing: Drawing, pieces: ArrayLike, outlines: float = 1, pla
     rounding = OVER_ROUNDINGS * (drawing.num_layers + 1) * ROUNDING
     variance = np.full(drawing.size, outlines * float(np.sum(layers**2)) + rounding)
     if drawing.fills.any_gradients:
-        shares = reference.layer_coverages(drawing, pieces)
+        shares = images.layer_coverages(drawing, pieces)
         for layer, own in gradient_places(drawing).items():
             variance += places * 2 * shares[layer] ** 2 * own.color_variance
     return variance
@@ -142,7 +142,7 @@ def share_of_snapped(drawing: Drawing, pieces: ArrayLike) -> FloatArray:
 
 
 def _d_coverage(drawing: Drawing, pieces: ArrayLike, d_image: FloatArray) -> FloatArray:
-    shares = reference.layer_coverages(drawing, pieces)
+    shares = images.layer_coverages(drawing, pieces)
     colors = layer_paints(drawing) if drawing.fills.any_gradients else drawing.colors
     return np.abs(composite_backward(d_image, shares, colors, drawing.background)[0])
 

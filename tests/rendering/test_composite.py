@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import reference
 from conftest import RasterizerFor
+from reference import images
 from reference.composite import composite_backward, squared_error
 from reference.rounding import UNIT, colors_tolerance, image_tolerance
 from support import drawings
@@ -26,7 +26,7 @@ def test_double_image_against_reference(rasterizer_for: RasterizerFor, name: str
     case = {**drawings.ALL_CASES, **drawings.CROWDS}[name]()
     image = rasterizer_for(case.drawing.size, np.float64).forward(case.drawing, pieces=case.pieces)
     assert image.dtype == np.float64
-    np.testing.assert_allclose(image, reference.render(case.drawing, case.pieces), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(image, images.render(case.drawing, case.pieces), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", [*drawings.ALL_CASES, *drawings.CROWDS])
@@ -34,7 +34,7 @@ def test_float_image_against_reference(rasterizer_for: RasterizerFor, name: str)
     case = {**drawings.ALL_CASES, **drawings.CROWDS}[name]()
     image = rasterizer_for(case.drawing.size, np.float32).forward(case.drawing, pieces=case.pieces)
     assert image.dtype == np.float32
-    error = np.abs(image - reference.render(case.drawing, case.pieces))
+    error = np.abs(image - images.render(case.drawing, case.pieces))
     assert np.all(error <= image_tolerance(case.drawing, case.pieces))
 
 
@@ -45,7 +45,7 @@ def test_double_color_gradients_against_reference(rasterizer_for: RasterizerFor,
     rasterizer = rasterizer_for(drawing.size, np.float64)
     rasterizer.forward(drawing, pieces=case.pieces)
     found = rasterizer.backward(d_image)
-    share = reference.layer_coverages(drawing, case.pieces)
+    share = images.layer_coverages(drawing, case.pieces)
     _, d_colors, d_background = composite_backward(d_image, share, drawing.colors, drawing.background)
     scale = np.sum(np.abs(d_image))
     assert found.colors.dtype == np.float64 and found.colors.shape == drawing.colors.shape
@@ -64,7 +64,7 @@ def test_float_color_gradients_against_reference(rasterizer_for: RasterizerFor, 
     rasterizer = rasterizer_for(drawing.size, np.float32)
     rasterizer.forward(drawing, pieces=case.pieces)
     found = rasterizer.backward(d_image)
-    share = reference.layer_coverages(drawing, case.pieces)
+    share = images.layer_coverages(drawing, case.pieces)
     _, d_colors, d_background = composite_backward(d_image, share, drawing.colors, drawing.background)
     tolerance = colors_tolerance(drawing, case.pieces, d_image)
     assert np.max(np.abs(found.colors - d_colors)) <= tolerance
@@ -82,7 +82,7 @@ def test_loss_is_the_weighted_squared_error(rasterizer_for: RasterizerFor, dtype
         loss, _ = rasterizer_for(case.drawing.size, dtype).loss_and_gradients(
             case.drawing, target, weight, pieces=case.pieces
         )
-        image = reference.render(case.drawing, case.pieces)
+        image = images.render(case.drawing, case.pieces)
         error, d_image = squared_error(image, target)
         expected = float(np.sum(weight * error))
         # d(loss) = weight |d_image| d(image), summed; and the rounding of as many partial sums.

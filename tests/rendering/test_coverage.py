@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import reference
 from conftest import RasterizerFor
+from reference import images
 from reference.coverage import coverage, enclosed_area, supersampled
 from reference.flatten import flatten
 from reference.rounding import UNIT, coverage_tolerance
@@ -37,14 +37,14 @@ def _of_path(rasterizer: Rasterizer, path: np.ndarray, size: tuple[int, int], pi
 def test_double_against_reference(rasterizer_for: RasterizerFor, name: str) -> None:
     case = drawings.ALL_CASES[name]()
     found = _coverages(rasterizer_for(case.drawing.size, np.float64), case)
-    np.testing.assert_allclose(found, reference.layer_coverages(case.drawing, case.pieces), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found, images.layer_coverages(case.drawing, case.pieces), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", drawings.ALL_CASES)
 def test_float_against_reference(rasterizer_for: RasterizerFor, name: str) -> None:
     case = drawings.ALL_CASES[name]()
     found = _coverages(rasterizer_for(case.drawing.size, np.float32), case)
-    error = np.max(np.abs(found - reference.layer_coverages(case.drawing, case.pieces)), axis=(1, 2))
+    error = np.max(np.abs(found - images.layer_coverages(case.drawing, case.pieces)), axis=(1, 2))
     assert found.dtype == np.float32
     assert np.all(error <= coverage_tolerance(case.drawing, case.pieces))
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import reference
 from conftest import RasterizerFor
-from reference import differences
+from reference import differences, images
 from reference.composite import squared_error
 from reference.fill_rounding import fills_tolerance
 from reference.places import same_numbers
@@ -59,7 +58,7 @@ CASES = {
 def test_image_against_reference(rasterizer_for: RasterizerFor, name: str) -> None:
     case = CASES[name]()
     image = rasterizer_for(case.drawing.size, np.float64).forward(case.drawing, pieces=case.pieces)
-    np.testing.assert_allclose(image, reference.render(case.drawing, case.pieces), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(image, images.render(case.drawing, case.pieces), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", CASES)

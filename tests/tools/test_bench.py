@@ -238,15 +238,19 @@ def test_run_of_the_smallest_cases(tmp_path: Path, device: int | None) -> None:
     assert "1 path, 240x240" in ended.stdout
 
 
-def test_modules_of_flat_checkouts_go_by_the_names_of_today(tmp_path: Path) -> None:
+def test_checks_import_from_flat_checkouts_by_the_names_of_today(tmp_path: Path) -> None:
     flat = tmp_path / "livecl"
     flat.mkdir()
-    for name in {"__init__", *package.FLAT.values()}:
-        (flat / f"{name}.py").write_text(f"NAME = {name!r}\n", encoding="utf-8")
+    for name in {"__init__", "options", *package.FLAT.values()}:
+        names = (
+            "def __getattr__(name):\n    if name[0] == '_':\n        raise AttributeError(name)\n    return object\n"
+        )
+        (flat / f"{name}.py").write_text(f"NAME = {name!r}\n{names}", encoding="utf-8")
     script = (
-        f"import pathlib, sys; sys.path[:0] = [{str(tmp_path)!r}, {str(ROOT / 'tools')!r}]\n"
+        f"import pathlib, sys; sys.path[:0] = {[str(tmp_path), str(ROOT / 'tools'), str(ROOT / 'tests')]}\n"
         f"from benchmark.package import use_checkout; use_checkout(pathlib.Path({str(tmp_path)!r}))\n"
         "from livecl.training.step import NAME; print(NAME)\nfrom livecl.run.run import NAME; print(NAME)\n"
+        "import benchmark.checks, benchmark.scenes\n"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["training", "vectorizer"]

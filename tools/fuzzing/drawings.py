@@ -11,9 +11,9 @@ import math
 from typing import Any
 
 import numpy as np
-import reference
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from reference import images
 from reference.rounding import image_tolerance
 
 from fuzzing.kind import Kind, one_line
@@ -186,7 +186,7 @@ def _compared(drawing: Drawing, image: np.ndarray) -> str:
     work = int(pieces.sum()) * drawing.size[0] * drawing.size[1]
     if work > MAX_WORK or (drawing.num_segments and np.abs(drawing.points).max() > MAX_REACH):
         return "not compared"
-    error = np.abs(image - reference.render(drawing, pieces))
+    error = np.abs(image - images.render(drawing, pieces))
     most = float(np.max(error / image_tolerance(drawing, pieces)))
     assert most <= 1, f"off from the reference by {error.max():.3g}, at worst {most:.3g} times the tolerance"
     return "compared"
