@@ -144,25 +144,41 @@ class Structure:
                     place = found._place_of_both(lower, upper)
                     if place is not None:
                         best = *lost, lower, upper, place
-            if best is None or best[0] > found.gains[found.ranked[-1]]:
+            if best is not None and best[0] <= found.gains[found.ranked[-1]]:
+                found = found._with_both(*best[2:])
+            elif (opened := found._with_a_hole()) is not None:
+                found = opened
+            else:
                 break
-            found = found._with_both(*best[2:])
         return found
 
     def _with_a_hole(self) -> Structure | None:
-        """Cut a layer of the ground's colour out of the one that it lies on: a hole, where that lies on the ground."""
+        """Cut a layer out of the one that it lies on, as a hole, where the same shows below; the smallest first."""
         for layer in self.ranked[::-1].tolist():
             own = self.masks[layer]
-            if np.abs(self.layers[layer].color - self.ground).max() > SAME_COLOR or self.fills_of(layer).any_gradients:
+            around = max((k for k in range(layer) if (self.masks[k] & own).any()), default=None)
+            if around is None or np.count_nonzero(self.masks[around] & own) < INSIDE * np.count_nonzero(own):
                 continue
-            below = [k for k in range(layer) if (self.masks[k] & own).any()]
-            if len(below) == 1 and np.count_nonzero(self.masks[below[0]] & own) >= INSIDE * np.count_nonzero(own):
-                around, layers, masks = below[0], list(self.layers), self.masks.copy()
-                holes = [points[::-1] for points in layers[layer].outlines]
-                layers[around] = dataclasses.replace(layers[around], outlines=[*layers[around].outlines, *holes])
-                masks[around] &= ~own
-                del layers[layer]
-                return Structure.of(self.regions, layers, self.ground, np.delete(masks, layer, axis=0))
+            below = [k for k in range(around) if (self.masks[k] & own).any()]
+            if below:
+                lower = below[-1]
+                if np.count_nonzero(self.masks[lower] & own) < INSIDE * np.count_nonzero(own):
+                    continue
+                if self.regions.rise(self.layers[lower].shown, self.layers[layer].shown) > 0:
+                    continue
+            elif (
+                np.abs(self.layers[layer].color - self.ground).max() > SAME_COLOR or self.fills_of(layer).any_gradients
+            ):
+                continue
+            layers, masks = list(self.layers), self.masks.copy()
+            holes = [points[::-1] for points in layers[layer].outlines]
+            layers[around] = dataclasses.replace(layers[around], outlines=[*layers[around].outlines, *holes])
+            masks[around] &= ~own
+            if below:
+                both = layers[lower].shown | layers[layer].shown
+                layers[lower] = dataclasses.replace(layers[lower], shown=both)
+            del layers[layer]
+            return Structure.of(self.regions, layers, self.ground, np.delete(masks, layer, axis=0))
         return None
 
     def _place_of_both(self, lower: int, upper: int) -> int | None:

@@ -95,6 +95,22 @@ def test_flat_shapes_of_one_color_are_one_path_only_where_paths_are_few() -> Non
     assert found_structure(image, WHITE, 1) is None
 
 
+def test_what_shows_through_a_sign_is_a_hole_of_it_only_where_paths_are_few() -> None:
+    image = np.ones((64, 64, 3), np.float32)
+    image[4:60, 4:60] = (0.4, 0.2, 0.7)  # a plate, with a light sign on it that has a small eye
+    image[14:50, 14:50] = 0.95
+    image[20:32, 20:32] = (0.4, 0.2, 0.7)
+    for paths, holes in ((3, 0), (2, 1)):
+        found = found_structure(image, WHITE, paths)
+        assert found is not None
+        assert len(found.ranked) == paths
+        plate, sign = sorted(found.ranked)[:2]
+        assert [len(found.layers[k].outlines) for k in (plate, sign)] == [1, 1 + holes]
+        assert found.masks[plate].sum() == pytest.approx(56**2, rel=0.05)
+    image[20:32, 20:32] = (0.9, 0.2, 0.2)  # an eye of a colour of its own is none
+    assert found_structure(image, WHITE, 2) is None
+
+
 def test_flat_pictures_have_no_gradients() -> None:
     found = found_structure(two_squares(0.9), WHITE, MANY, SHADING)
     assert found is not None
