@@ -23,16 +23,16 @@ FORMATS = "OUT.svg: animated; OUT.gif; OUT.png: side by side; a folder: numbered
 GAP, GAP_LEVEL = 2, 0.8
 
 
-def add_output_arguments(parser: argparse.ArgumentParser, seconds: float) -> None:
+def add_output_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the output."""
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="OUT", help=FORMATS)
     group = parser.add_argument_group("output")
     group.add_argument(
         "--seconds",
         type=number(MIN_GIF_FRAME),
-        default=seconds,
+        default=2.0,
         metavar="S",
-        help=f"time from the first drawing to the last (default: {seconds:g})",
+        help="time from the first drawing to the last (default: 2)",
     )
     group.add_argument("--hold", type=number(0), default=0.5, metavar="S", help="time at either end (default: 0.5)")
     group.add_argument("--one-way", action="store_true", help="start again at the end instead of going back")

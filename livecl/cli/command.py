@@ -86,7 +86,7 @@ def _tell(text: str) -> int:
 
 
 def _information(arguments: argparse.Namespace) -> str:
-    """Return the information requested instead of work (devices, options), or None."""
+    """Return the information requested instead of work (devices, options), else ""."""
     if arguments.show_options:
         return format_config(settings_of(recipe_of(arguments), arguments))
     if arguments.list_devices:

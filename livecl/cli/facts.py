@@ -33,7 +33,7 @@ def facts(result: Result, recipe: Recipe) -> dict[str, Any]:
     drawing = result.drawing
     height, width = drawing.size
     solid = drawing.colors[drawing.fills.kinds == SOLID]
-    working_height, working_width = result.working_size or result.drawing.size
+    working_height, working_width = result.working_size or drawing.size
     return {
         "width": width,
         "height": height,
@@ -42,39 +42,36 @@ def facts(result: Result, recipe: Recipe) -> dict[str, Any]:
         "device": result.device,
         "version": __version__,
         "options": {**dataclasses.asdict(result.options), "schedule": list(recipe.stages), "seed": recipe.seed},
-        "paths": result.drawing.num_layers,
+        "paths": drawing.num_layers,
         "mse": _known(result.mse),
         "stopped": result.stopped,
         "seconds": result.seconds,
         "compile_seconds": result.compile_seconds,
         "colors": dict(collections.Counter(format_rgb(rgba) for rgba in solid).most_common()),
-        "layers": [
-            {
-                "label": label,
-                "groups": list(drawing.groups[layer]),
-                "shape": shape,
-                "fill": _fill(drawing, layer),
-                "stroke_width": float(drawing.strokes.widths[layer]),
-                "nodes": int(nodes),
-                "subpaths": int(subpaths),
-                "stage": int(stage) + 1,
-            }
-            for layer, (label, shape, nodes, subpaths, stage) in enumerate(
-                zip(
-                    drawing.labels,
-                    layer_kinds(drawing, recipe.precision),
-                    np.diff(drawing.segment_offsets),
-                    np.diff(drawing.layer_offsets),
-                    drawing.stages,
-                    strict=True,
-                )
-            )
-        ],
+        "layers": _layers(drawing, recipe.precision),
         "stages": [
             {"paths": stage.paths, "mse": _known(stage.mse), "iterations": stage.iterations, "seconds": stage.seconds}
             for stage in result.stages
         ],
     }
+
+
+def _layers(drawing: Drawing, precision: int) -> list[dict[str, Any]]:
+    """Return the facts of each layer, as an SVG of that precision, in decimals, has it."""
+    nodes, subpaths = np.diff(drawing.segment_offsets), np.diff(drawing.layer_offsets)
+    return [
+        {
+            "label": label,
+            "groups": list(drawing.groups[layer]),
+            "shape": shape,
+            "fill": _fill(drawing, layer),
+            "stroke_width": float(drawing.strokes.widths[layer]),
+            "nodes": int(nodes[layer]),
+            "subpaths": int(subpaths[layer]),
+            "stage": int(drawing.stages[layer]) + 1,
+        }
+        for layer, (label, shape) in enumerate(zip(drawing.labels, layer_kinds(drawing, precision), strict=True))
+    ]
 
 
 def _fill(drawing: Drawing, layer: int) -> dict[str, Any]:

@@ -48,11 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    parser = Parser(
-        prog=COMMAND,
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
+    parser = Parser(prog=COMMAND, description=DESCRIPTION, epilog=EPILOG)
     parser.add_argument("a", type=Path, metavar="A", help="where it begins: an SVG, or a picture")
     parser.add_argument("b", type=Path, metavar="B", help="where it ends")
     parser.add_argument("--frames", type=whole(2), default=9, metavar="N", help="drawings, both ends too (default: 9)")
@@ -68,7 +64,7 @@ def build_parser() -> argparse.ArgumentParser:
         default="fade",
         help="how a layer without a partner comes and goes: by its opacity (default), or by its size",
     )
-    add_output_arguments(parser, seconds=2.0)
+    add_output_arguments(parser)
     add_method_arguments(parser)
     return parser
 

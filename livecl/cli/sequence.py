@@ -44,15 +44,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    parser = Parser(
-        prog=COMMAND,
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
+    parser = Parser(prog=COMMAND, description=DESCRIPTION, epilog=EPILOG)
     parser.add_argument(
         "frames", nargs="+", type=Path, metavar="FRAMES", help="pictures of one size, in order, or folders of them"
     )
-    add_output_arguments(parser, seconds=2.0)
+    add_output_arguments(parser)
     add_method_arguments(parser)
     parser.add_argument(
         "--refine-iterations",

@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 from livecl.drawing.checks import check_number, python_number
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
-from livecl.editing.cutout import check_cutout, cut_out
+from livecl.editing.cutout import check_cutout
 from livecl.errors import check_type
 from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
 from livecl.options import WANTED_OPTIONS, Options
-from livecl.run.enlarging import enlarged_drawing
 from livecl.run.hints import with_hints
 from livecl.schedule import MAX_AUTO_PATHS, growing_schedule, parse_schedule
 from livecl.svg.groups import GroupKind
 from livecl.svg.outline_data import MAX_PRECISION
-from livecl.svg.writer import LayerStyle, format_svg, quantize
+from livecl.svg.writer import LayerStyle, format_svg
 from livecl.version import __version__
 
 if TYPE_CHECKING:
@@ -29,12 +28,10 @@ if TYPE_CHECKING:
     from livecl.image.reading import Picture
     from livecl.run.callbacks import OnStep
     from livecl.run.control import Control
-    from livecl.run.result import Result, Stage
+    from livecl.run.result import Result
 
 #: How layers are written, and which form groups.
 LAYER_STYLES, GROUP_KINDS = get_args(LayerStyle), get_args(GroupKind)
-#: Decimals that `vectorize` itself rounds coordinates to, so that its errors are those of that rounding.
-VECTORIZED_PRECISION = 3
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -205,7 +202,7 @@ class Recipe:
             Drawings in the picture's own coordinates; errors as measured on the pixels that were worked on, see
             `Result.working_size`.
         """
-        from livecl.image.background import TRAIN, WHITE, background_for, target_over
+        from livecl.image.background import background_for
         from livecl.image.reading import as_image
         from livecl.run.preparation import Preparation
 
@@ -215,11 +212,8 @@ class Recipe:
         target, start = reduced(pixels, smaller), self.start_on(size)
         ground = background_for(self.options.background, target, None if start is None else start.background)
         preparation = Preparation(target, self.options, ground, device)  # beside imports and the search for structure
-        from livecl.image.errors import mse
-        from livecl.layering.groups import GROUPING_SIDE, grouped
-        from livecl.rendering.rasterizer import Rasterizer
-        from livecl.rendering.single import render
         from livecl.run.beginning import Beginning
+        from livecl.run.finishing import Finisher
         from livecl.run.result import RunError
         from livecl.run.vectorization import vectorize_pixels
 
@@ -231,39 +225,18 @@ class Recipe:
             start=None if start is None else scaled(start, smaller),
             lock=self.lock,
         )
-
         if self.masks is not None:
             from livecl.run.control import Control
             from livecl.run.guiding import Guided
 
             guided = Guided(target, self.masks.on(size, smaller), self.masks.names, beginning)
             beginning, control = guided.start(device, Control() if control is None else control)
-
-        def finished(stage: Stage, measured: bool, last: bool = False) -> Stage:
-            drawing = quantize(enlarged_drawing(stage.drawing, size, start, self.lock), self.precision)
-            if last and self.groups == "thing" and (start is None or not start.num_layers):
-                coarse = working_size(size, GROUPING_SIDE)
-                drawing = grouped(drawing, Rasterizer(coarse, device).coverages(scaled(drawing, coarse)))
-            if last and self.cutout:
-                drawing = quantize(cut_out(drawing, self.trap), self.precision)
-            elif self.precision >= VECTORIZED_PRECISION or not measured:
-                return dataclasses.replace(stage, drawing=drawing)
-            ground = WHITE if self.options.background == TRAIN else drawing.background
-            error = mse(render(scaled(drawing, smaller), device), target_over(target, ground))
-            return dataclasses.replace(stage, drawing=drawing, mse=error)
-
-        def enlarged(result: Result, measured: bool = True) -> Result:
-            last = len(result.stages) - 1
-            stages = [finished(stage, measured, measured and k == last) for k, stage in enumerate(result.stages)]
-            return dataclasses.replace(
-                result, drawing=stages[-1].drawing, mse=stages[-1].mse, stages=tuple(stages), working_size=smaller
-            )
-
+        finisher = Finisher(self, target, size, start, device)
         try:
-            return enlarged(vectorize_pixels(target, beginning, device, on_step, control, preparation))
+            return finisher.finished(vectorize_pixels(target, beginning, device, on_step, control, preparation))
         except RunError as error:
             if error.result is not None:
-                error.result = enlarged(error.result, measured=False)  # the device may have failed
+                error.result = finisher.salvaged(error.result)
             raise
 
     def svg(self, drawing: Drawing) -> str:

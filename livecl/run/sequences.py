@@ -7,6 +7,9 @@ import dataclasses
 from collections.abc import Callable, Iterable, Sequence
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from livecl.drawing.assembly import concatenate
 from livecl.drawing.checks import python_number
 from livecl.drawing.drawing import Drawing
@@ -113,9 +116,8 @@ def vectorize_sequence(
     refine_iterations = python_number(refine_iterations)
     if isinstance(add_paths, bool) or not isinstance(add_paths, int) or add_paths < 0:
         raise ValueError(f"add_paths: got {add_paths!r}, wanted a whole number of at least 0")
-    if refine_iterations is None:
-        refine_iterations = REFINING_STAGES * options.iterations
-    refining = _refining(options, refine_iterations)
+    iterations = REFINING_STAGES * options.iterations if refine_iterations is None else refine_iterations
+    follower = _Follower(_refining(options, iterations), options.prune, add_paths, seed, device)
     results: list[Result] = []
     canvas = (0, 0)
     for index, image in enumerate(images):
@@ -129,28 +131,10 @@ def vectorize_sequence(
         smaller = working_size(canvas, size)
         target = reduced(pixels, smaller)
         if results:
-            before = results[-1].drawing
-            if before.background is None:
-                refining = dataclasses.replace(refining, background=NONE)
-            beginning = Beginning(options=refining, seed=seed, start=before)
-            result = vectorize_pixels(target, beginning, device)
-            first_mse = results[0].mse
-            if add_paths and result.mse >= max(POOR_RATIO * first_mse, first_mse + POOR_RISE):
-                more = dataclasses.replace(
-                    beginning,
-                    schedule=str(add_paths),
-                    options=dataclasses.replace(refining, prune=options.prune),
-                    start=result.drawing,
-                )
-                result = _better(result, vectorize_pixels(target, more, device))
+            result = follower.result(target, results[-1].drawing, results[0].mse)
         else:
-            beginning = Beginning(
-                paths=paths,
-                schedule=schedule,
-                options=options,
-                seed=seed,
-                start=None if start is None else scaled(start, smaller),
-            )
+            scaled_start = None if start is None else scaled(start, smaller)
+            beginning = Beginning(paths=paths, schedule=schedule, options=options, seed=seed, start=scaled_start)
             result = vectorize_pixels(target, beginning, device)
             if not result.drawing.num_layers:
                 raise ValueError("images: 0 is of the background's colour all over, so there is no layer to go on with")
@@ -165,6 +149,34 @@ def vectorize_sequence(
         seconds=tuple(result.seconds for result in results),
         device=results[0].device,
     )
+
+
+@dataclasses.dataclass(frozen=True)
+class _Follower:
+    """Vectorizes a picture from the drawing of the one before; added paths are pruned below `prune`."""
+
+    refining: Options
+    prune: float
+    add_paths: int
+    seed: int
+    device: int | str | None
+
+    def result(self, target: NDArray[np.float32], before: Drawing, first_mse: float) -> Result:
+        """Refine the drawing before, (H, W) as `target`; add paths where the error is far above that of the first."""
+        options = self.refining
+        if before.background is None:
+            options = dataclasses.replace(options, background=NONE)
+        beginning = Beginning(options=options, seed=self.seed, start=before)
+        refined = vectorize_pixels(target, beginning, self.device)
+        if not self.add_paths or refined.mse < max(POOR_RATIO * first_mse, first_mse + POOR_RISE):
+            return refined
+        more = dataclasses.replace(
+            beginning,
+            schedule=str(self.add_paths),
+            options=dataclasses.replace(options, prune=self.prune),
+            start=refined.drawing,
+        )
+        return _better(refined, vectorize_pixels(target, more, self.device))
 
 
 def _enlarged(result: Result, canvas: tuple[int, int]) -> Result:

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`Finisher`: drawings of a run on the picture's own canvas, with the groups and the cuts that a recipe asks for."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+from livecl.editing.cutout import cut_out
+from livecl.image.background import TRAIN, WHITE, target_over
+from livecl.image.errors import mse
+from livecl.image.resizing import scaled, working_size
+from livecl.layering.groups import GROUPING_SIDE, grouped
+from livecl.rendering.rasterizer import Rasterizer
+from livecl.rendering.single import render
+from livecl.run.result import Result, Stage
+from livecl.svg.outline_data import MAX_PRECISION
+from livecl.svg.writer import primitives, quantize
+
+if TYPE_CHECKING:
+    from livecl.run.recipe import Recipe
+
+#: Decimals that a run itself rounds coordinates to, so that its errors are those of that rounding.
+VECTORIZED_PRECISION = 3
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Finisher:
+    """Finishes the drawings of one picture.
+
+    Attributes
+    ----------
+    recipe : Recipe
+        Precision, groups, cuts and background.
+    target : (h, w, 3) or (h, w, 4) float32
+        The pixels that are worked on, straight.
+    size : (int, int)
+        Height and width of the picture, px.
+    start : Drawing or None
+        Drawing to start from, on the picture's canvas.
+    device : int, str or None
+        OpenCL device.
+    """
+
+    recipe: Recipe
+    target: NDArray[np.float32]
+    size: tuple[int, int]
+    start: Drawing | None
+    device: int | str | None
+
+    def finished(self, result: Result) -> Result:
+        """Return a result on the picture's canvas, its last drawing grouped and cut; errors are measured again."""
+        *earlier, last = [self._enlarged(stage) for stage in result.stages]
+        recipe, drawing = self.recipe, last.drawing
+        if recipe.groups == "thing" and (self.start is None or not self.start.num_layers):
+            coarse = working_size(self.size, GROUPING_SIDE)
+            drawing = grouped(drawing, Rasterizer(coarse, self.device).coverages(scaled(drawing, coarse)))
+        if recipe.cutout:
+            drawing = quantize(cut_out(drawing, recipe.trap), recipe.precision)
+        stages = [*earlier, dataclasses.replace(last, drawing=drawing)]
+        if recipe.precision < VECTORIZED_PRECISION:
+            stages = [self._measured(stage) for stage in stages]
+        elif recipe.cutout:
+            stages[-1] = self._measured(stages[-1])
+        return self._with_stages(result, stages)
+
+    def salvaged(self, result: Result) -> Result:
+        """Return a result on the picture's canvas, without the device, which may have failed."""
+        return self._with_stages(result, [self._enlarged(stage) for stage in result.stages])
+
+    def _with_stages(self, result: Result, stages: Sequence[Stage]) -> Result:
+        drawing, error = stages[-1].drawing, stages[-1].mse
+        size = (self.target.shape[0], self.target.shape[1])
+        return dataclasses.replace(result, drawing=drawing, mse=error, stages=tuple(stages), working_size=size)
+
+    def _enlarged(self, stage: Stage) -> Stage:
+        drawing = enlarged_drawing(stage.drawing, self.size, self.start, self.recipe.lock)
+        return dataclasses.replace(stage, drawing=quantize(drawing, self.recipe.precision))
+
+    def _measured(self, stage: Stage) -> Stage:
+        """Return a stage with the error of its drawing on the pixels worked on."""
+        drawing, size = stage.drawing, (self.target.shape[0], self.target.shape[1])
+        ground = WHITE if self.recipe.options.background == TRAIN else drawing.background
+        error = mse(render(scaled(drawing, size), self.device), target_over(self.target, ground))
+        return dataclasses.replace(stage, mse=error)
+
+
+def enlarged_drawing(drawing: Drawing, size: tuple[int, int], start: Drawing | None, lock: Sequence[int]) -> Drawing:
+    """Return a drawing on the picture's canvas, the locked layers of `start` with the very points that they have there.
+
+    Scaled down, rounded and scaled up again, these would differ from them.
+    """
+    enlarged = scaled(drawing, size)
+    if enlarged is drawing:
+        return enlarged
+    points = enlarged.points.copy()
+    factors = np.array(size[::-1]) / drawing.size[::-1]
+    for layer, shape in primitives(drawing, MAX_PRECISION).items():  # the two factors differ a little
+        larger = shape.scaled(factors)
+        own = slice(*drawing.segment_offsets[layer : layer + 2])
+        if larger is not None and larger.points.shape == points[own].shape:
+            points[own] = larger.points
+    if start is None:
+        return enlarged.replace(points=points)
+    smaller = quantize(scaled(start, drawing.size))
+    for layer in lock:
+        own = slice(*smaller.segment_offsets[layer : layer + 2])
+        for first, end in itertools.pairwise(drawing.segment_offsets):
+            if np.array_equal(drawing.points[first:end], smaller.points[own]):
+                points[first:end] = start.points[own]
+    return enlarged.replace(points=points)
