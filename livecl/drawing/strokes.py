@@ -106,12 +106,6 @@ class Strokes:
         """Layers that are stroked, rising: (K,)."""
         return np.flatnonzero(self.widths)
 
-    @property
-    def reaches(self) -> FloatArray:
-        """Distance from each layer's path that its stroke does not exceed, px: (N,)."""
-        mitered = np.where(self.joins == JOINS.index("miter"), np.maximum(self.miter_limits, np.sqrt(2)), np.sqrt(2))
-        return np.asarray(self.widths / 2 * mitered)
-
     def moved(self, widths: FloatArray, pens: Strokes | None = None) -> Strokes:
         """Return strokes of other widths, unchecked: for loops that call it often; 0 stays 0, others stay above it.
 

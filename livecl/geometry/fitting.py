@@ -45,11 +45,6 @@ def fit_outlines(polyline: FloatArray, most: int) -> list[FloatArray]:
     return [_path(points, handles, anchors) for anchors in _best_places(errors, first, most)]
 
 
-def fit_outline(polyline: FloatArray, segments: int) -> FloatArray:
-    """Return the closed path of some segments that follows a closed polyline best; see :func:`fit_outlines`."""
-    return fit_outlines(polyline, segments)[-1]
-
-
 def _evenly(polyline: FloatArray, count: int) -> FloatArray:
     """Return points at equal steps of length along a closed polyline: (count, 2)."""
     closed = np.concatenate([polyline, polyline[:1]])

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from skimage.measure import label, points_in_poly
 
 from livecl.geometry.bezier import evaluate, signed_area
-from livecl.geometry.fitting import PLACES, fit_outline, fit_outlines
+from livecl.geometry.fitting import PLACES, fit_outlines
 from livecl.geometry.outlines import circle, random_outline
 from livecl.layering.masks import border
 
@@ -21,6 +21,10 @@ FloatArray = NDArray[np.float64]
 
 def _cubics(path: FloatArray) -> FloatArray:
     return np.concatenate([path, np.roll(path[:, :1], -1, axis=0)], axis=1)
+
+
+def _fitted(polyline: FloatArray, segments: int) -> FloatArray:
+    return fit_outlines(polyline, segments)[-1]
 
 
 def _points(path: FloatArray, steps: int = 65) -> FloatArray:
@@ -127,7 +131,7 @@ def test_fit_follows_an_ellipse_within_the_cubic_s_remainder(a: float, b: float,
     chord = length[-1] / 256
     tolerance = remainder + chord**2 * max(a / b**2, b / a**2) / 8
 
-    path = fit_outline(_ellipse(256, a, b), segments)
+    path = _fitted(_ellipse(256, a, b), segments)
     assert path.shape == (segments, 3, 2)
     distances, _ = cKDTree(dense).query(_points(path))
     assert distances.max() <= tolerance + np.pi * max(a, b) / 20000
@@ -137,7 +141,7 @@ def test_fit_follows_the_border_of_a_disc_within_half_a_pixel() -> None:
     # Each point of the border lies midway between a pixel centre within the disc and one without, 1 px apart, so the
     # circle passes it within 0.5 px; the fit averages over them, and adds a remainder of less than 0.02 px there.
     rows, columns = np.indices((40, 48)) + 0.5
-    path = fit_outline(border(np.hypot(columns - 23.2, rows - 19.6) < 14.3), 4)
+    path = _fitted(border(np.hypot(columns - 23.2, rows - 19.6) < 14.3), 4)
     radii = np.hypot(*(_points(path) - (23.2, 19.6)).T)
     assert np.all(np.abs(radii - 14.3) <= 0.52)
     assert signed_area(_cubics(path)) == pytest.approx(np.pi * 14.3**2, rel=0.01)
@@ -149,13 +153,13 @@ def test_fit_finds_the_corners_of_a_square_wherever_the_polyline_starts(start: f
     corners = np.array([(3.0, 4.0), (27.0, 4.0), (27.0, 28.0), (3.0, 28.0)])
     first = corners[0] + start * (corners[1] - corners[0])
     polyline = np.concatenate([first[None], corners[1:], corners[:1]]) if start else corners
-    path = fit_outline(polyline, 4)
+    path = _fitted(polyline, 4)
     assert cKDTree(path[:, 0]).query(corners)[0].max() < 1e-9
     assert signed_area(_cubics(path)) == pytest.approx(24**2, rel=1e-12)
 
 
 def test_anchors_lie_on_the_polyline() -> None:
-    path = fit_outline(_ellipse(1000, 12.0, 12.0), 5)
+    path = _fitted(_ellipse(1000, 12.0, 12.0), 5)
     np.testing.assert_allclose(np.hypot(*(path[:, 0] - (50, 40)).T), 12, rtol=1e-4)
 
 
@@ -171,14 +175,14 @@ def test_anchors_go_to_corners_however_unevenly_they_lie() -> None:
 
 @pytest.mark.parametrize("segments", [1, 2, 4, 9])
 def test_fit_of_the_smallest_region_stays_on_its_pixel(segments: int) -> None:
-    path = fit_outline(border(_mask("...", ".#.", "...")), segments)
+    path = _fitted(border(_mask("...", ".#.", "...")), segments)
     assert path.shape == (segments, 3, 2)
     assert np.all(np.abs(_points(path) - 1.5) <= 0.75)
 
 
 def test_fit_keeps_the_direction_and_does_not_depend_on_the_place() -> None:
     polyline = border(_mask("..###..", ".#####.", "###.###", ".#####.", "...##.."))
-    path = fit_outline(polyline, 4)
+    path = _fitted(polyline, 4)
     assert signed_area(_cubics(path)) > 0
-    assert signed_area(_cubics(fit_outline(polyline[::-1], 4))) < 0
-    np.testing.assert_allclose(fit_outline(polyline + np.array((100, -50)), 4), path + np.array((100, -50)), atol=1e-10)
+    assert signed_area(_cubics(_fitted(polyline[::-1], 4))) < 0
+    np.testing.assert_allclose(_fitted(polyline + np.array((100, -50)), 4), path + np.array((100, -50)), atol=1e-10)

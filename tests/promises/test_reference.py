@@ -4,11 +4,10 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
-from reference import differences, images
+from reference import differences
 from reference.composite import composite_backward, composite_forward
 from reference.coverage import coverage, enclosed_area, lines_of, supersampled, winding_area
 from reference.distance import distance, distance_weight
@@ -181,14 +180,3 @@ def test_xing_of_one_segment(b: tuple[int, int], c: tuple[int, int], d: tuple[in
     cubic = np.array([[(0, 0), b, c, d]], dtype=float)
     assert xing_loss(cubic) == pytest.approx(expected, abs=1e-15)
     assert xing_loss(np.concatenate([7 * cubic + 3, np.zeros((1, 4, 2))])) == pytest.approx(expected / 2, abs=1e-14)
-
-
-def test_reference_is_quick() -> None:
-    layers = [([drawings.blob(i, (20, 20), 15)], drawings.RED_GLASS) for i in range(3)]
-    drawing = drawings.build(layers, (40, 40))
-    seconds = []
-    for _ in range(3):
-        start = time.perf_counter()
-        images.render(drawing, np.full(12, 16))
-        seconds.append(time.perf_counter() - start)
-    assert min(seconds) < 0.05
