@@ -112,7 +112,14 @@ class Fills:
 
     @classmethod
     def linear(cls, p0: ArrayLike, p1: ArrayLike, colors: ArrayLike, positions: ArrayLike | None = None) -> Fills:
-        """Return one layer's linear gradient from `p0` to `p1`, px; stops (K, 4), evenly placed unless told."""
+        """Return one layer's linear gradient from `p0` to `p1`, px; stops (K, 4), evenly placed unless told.
+
+        Examples
+        --------
+        >>> fill = Fills.linear((0, 0), (8, 0), [(1, 0, 0, 1), (0, 0, 1, 1)])
+        >>> fill.colors_at(0, np.array([(2.0, 5.0)])).tolist()
+        [[0.75, 0.0, 0.25, 1.0]]
+        """
         return cls._one(LINEAR, [p0, p1, (0.0, 0.0)], colors, positions)
 
     @classmethod

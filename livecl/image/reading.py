@@ -74,6 +74,11 @@ def as_image(source: Picture) -> FloatArray:
         If an array is of another shape or type, or holds numbers that are not finite and within [0, 1].
     ImageError
         If a file or picture cannot be read.
+
+    Examples
+    --------
+    >>> as_image([[0.0, 1.0]]).tolist()
+    [[[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]]
     """
     if isinstance(source, (str, os.PathLike, bytes)) or hasattr(source, "read"):
         return read_image(cast("BinaryIO", source))
@@ -101,7 +106,13 @@ def _without_needless_alpha(pixels: FloatArray) -> FloatArray:
 
 
 def premultiplied(image: ArrayLike) -> FloatArray:
-    """Return straight RGB or RGBA (H, W, 3 or 4) as premultiplied RGBA: (H, W, 4) float32; without alpha it is 1."""
+    """Return straight RGB or RGBA (H, W, 3 or 4) as premultiplied RGBA: (H, W, 4) float32; without alpha it is 1.
+
+    Examples
+    --------
+    >>> premultiplied([[[1, 0.5, 0, 0.5]]]).tolist()
+    [[[0.5, 0.25, 0.0, 0.5]]]
+    """
     pixels = _checked(image)
     alpha = pixels[..., 3:] if pixels.shape[2] == 4 else np.ones((*pixels.shape[:2], 1), np.float32)
     return np.concatenate([alpha * pixels[..., :3], alpha], axis=2)
@@ -146,6 +157,11 @@ def over_background(image: ArrayLike, background: ArrayLike) -> FloatArray:
     -------
     (H, W, 3) float32
         ``alpha * rgb + (1 - alpha) * background``; a copy of `image` where it has no alpha.
+
+    Examples
+    --------
+    >>> over_background([[[1, 0.5, 0, 0.5]]], (1, 1, 1)).tolist()
+    [[[1.0, 0.75, 0.5]]]
     """
     pixels = _checked(image)
     ground = np.asarray(background, dtype=np.float32)

@@ -95,6 +95,14 @@ def interpolate(
     Strokes: centre lines are matched by :func:`livecl.interpolation.lines.align_lines`, widths are mixed, and caps,
     joins and miter limits change half-way. A stroked layer and a filled one do not become each other: one goes as the
     other comes.
+
+    Examples
+    --------
+    >>> from livecl.svg import read_svg
+    >>> narrow = read_svg(b'<svg width="9" height="9"><rect width="2" height="9"/></svg>')
+    >>> wide = read_svg(b'<svg width="9" height="9"><rect width="6" height="9"/></svg>')
+    >>> [float(drawing.points[..., 0].max()) for drawing in interpolate(narrow, wide, [0, 0.5, 1])]
+    [2.0, 4.0, 6.0]
     """
     places = np.atleast_1d(np.asarray(t, dtype=np.float64))
     if places.ndim != 1 or not np.all((places >= 0) & (places <= 1)):

@@ -31,6 +31,12 @@ def render(drawing: Drawing, device: int | str | None = None, *, straight: bool 
     -------
     (H, W, 3) float32
         RGB; or (H, W, 4), RGBA, where the drawing has no background.
+
+    Examples
+    --------
+    >>> from livecl.drawing import empty_drawing
+    >>> render(empty_drawing((2, 3), (1, 0.5, 0)))[0, 0].tolist()
+    [1.0, 0.5, 0.0]
     """
     channels_of(drawing)
     image = Rasterizer(drawing.size, device).forward(drawing)

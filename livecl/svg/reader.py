@@ -56,6 +56,12 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     SvgError
         If the file cannot be read, is cut off, too large or nested too deep, refers to entities or other files, states
         no size, or holds a path without data or with numbers that are not finite.
+
+    Examples
+    --------
+    >>> red = read_svg(b'<svg width="9" height="9"><rect width="4" height="9" fill="red"/></svg>')
+    >>> red.size, red.labels
+    ((9, 9), ('red rectangle left',))
     """
     name, data = read_document(source)
     try:

@@ -124,6 +124,15 @@ def format_svg(
     cubics : bool
         Whether all is written as paths of cubics, as animations need; straight segments are lines otherwise, and layers
         that are circles, ellipses or rectangles such elements.
+
+    Examples
+    --------
+    >>> from livecl.svg import read_svg
+    >>> circle = read_svg(b'<svg width="9" height="9"><circle r="4" fill="red"/></svg>')
+    >>> print(format_svg(circle, layers="plain"), end="")
+    <svg xmlns="http://www.w3.org/2000/svg" width="9" height="9" viewBox="0 0 9 9">
+      <circle id="red-circle-top-left" fill="#ff0000" cx="0" cy="0" r="4"/>
+    </svg>
     """
     if layers not in get_args(LayerStyle):
         raise ValueError(f"layers: got {layers!r}, wanted one of {', '.join(get_args(LayerStyle))}")
