@@ -16,6 +16,7 @@ from livecl.batch.inputs import Picture, find_pictures
 from livecl.batch.pool import Task, work_locally
 from livecl.batch.summary import Outcome, Summary
 from livecl.batch.worker import Made, Work
+from livecl.drawing.checks import check_whole
 from livecl.files import check_folder, write_atomically
 from livecl.run.recipe import Recipe
 
@@ -41,8 +42,8 @@ class Workers:
 
     def __post_init__(self) -> None:
         for name, value in (("workers", self.count), ("threads", self.threads)):
-            if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
-                raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least 1")
+            if value is not None:
+                check_whole(name, value, 1)
 
 
 class Batch:

@@ -104,6 +104,12 @@ def python_number(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
+def check_whole(name: str, value: Any, least: int) -> None:
+    """Raise ValueError unless a value is an int, and no bool, of at least `least`."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise ValueError(f"{name}: got {reprlib.repr(value)}, wanted a whole number of at least {least}")
+
+
 def check_number(name: str, value: float, least: float, most: float = math.inf) -> None:
     """Raise ValueError unless a number is finite, at least `least` and at most `most`."""
     if not (math.isfinite(value) and least <= value <= most):

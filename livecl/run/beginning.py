@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.assembly import empty_drawing
+from livecl.drawing.checks import check_whole
 from livecl.drawing.drawing import Drawing
 from livecl.image.background import TRAIN, background_for, target_over
 from livecl.options import Options
@@ -51,8 +52,7 @@ class Beginning:
     def __post_init__(self) -> None:
         if self.paths == "auto":
             object.__setattr__(self, "options", self.options.choosing_paths())
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            raise ValueError(f"seed: got {self.seed!r}, wanted a whole number of at least 0")
+        check_whole("seed", self.seed, 0)
 
     def progress(self, image: NDArray[np.float32], check: Callable[[], None] = lambda: None) -> Progress:
         """Return the progress before the first stage on a picture, (H, W, 3) or (H, W, 4).

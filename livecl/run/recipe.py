@@ -10,7 +10,7 @@ import reprlib
 from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, get_args
 
-from livecl.drawing.checks import check_number, python_number
+from livecl.drawing.checks import check_number, check_whole, python_number
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
 from livecl.editing.cutout import check_cutout
 from livecl.errors import check_type
@@ -109,8 +109,7 @@ class Recipe:
             check_type("start", self.start, Drawing, WANTED_DRAWING)
         parse_schedule(self.schedule, self.paths)
         working_size((1, 1), self.size)
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            raise ValueError(f"seed: got {reprlib.repr(self.seed)}, wanted a whole number of at least 0")
+        check_whole("seed", self.seed, 0)
         if self.precision not in range(MAX_PRECISION + 1):
             raise ValueError(f"precision: got {reprlib.repr(self.precision)}, wanted 0 to {MAX_PRECISION} decimals")
         if self.layers not in LAYER_STYLES:

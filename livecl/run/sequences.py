@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.assembly import concatenate
-from livecl.drawing.checks import python_number
+from livecl.drawing.checks import check_whole, python_number
 from livecl.drawing.drawing import Drawing
 from livecl.errors import check_type
 from livecl.image.background import NONE
@@ -124,8 +124,7 @@ def vectorize_sequence(
     check_type("options", options, Options, WANTED_OPTIONS)
     paths, seed, add_paths, size = map(python_number, (paths, seed, add_paths, size))
     refine_iterations = python_number(refine_iterations)
-    if isinstance(add_paths, bool) or not isinstance(add_paths, int) or add_paths < 0:
-        raise ValueError(f"add_paths: got {add_paths!r}, wanted a whole number of at least 0")
+    check_whole("add_paths", add_paths, 0)
     iterations = REFINING_STAGES * options.iterations if refine_iterations is None else refine_iterations
     follower = _Follower(_refining(options, iterations), options.prune, add_paths, seed, device)
     results: list[Result] = []

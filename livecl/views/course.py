@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.drawing.checks import check_number
+from livecl.drawing.checks import check_number, check_whole
 from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
 from livecl.image.resizing import scaled
@@ -47,8 +47,7 @@ class Course:
     """
 
     def __init__(self, every: int = 10, *, on_step: OnStep | None = None) -> None:
-        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-            raise ValueError(f"every: got {every!r}, wanted a whole number of at least 1")
+        check_whole("every", every, 1)
         self.every = every
         self._on_step = on_step
         self._frames: list[Frame] = []
@@ -88,8 +87,7 @@ class Course:
         ValueError
             If nothing has been kept, or `step` is below 1.
         """
-        if isinstance(step, bool) or not isinstance(step, int) or step < 1:
-            raise ValueError(f"step: got {step!r}, wanted a whole number of at least 1")
+        check_whole("step", step, 1)
         kept = [frame.drawing for frame in self._frames]
         if result is not None:
             kept.append(scaled(result.drawing, kept[0].size) if kept else result.drawing)
@@ -119,7 +117,7 @@ class Course:
         result : Result, optional
             Result of the run; its drawing is shown last.
         step : int
-            Show each so-manyth of the drawings kept.
+            Show every `step`-th drawing.
         fps : float
             Drawings a second, 50 at most.
         hold : float

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from livecl.drawing.checks import check_whole
 from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.files import write_atomically
@@ -69,8 +70,8 @@ def stage_sheet(
 
     pixels = checked_target(image, result.drawing)
     for name, value in (("cell", cell), ("columns", columns)):
-        if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
-            raise ValueError(f"{name}: got {value!r}, wanted a whole number of at least 1")
+        if value is not None:
+            check_whole(name, value, 1)
     size = fitted_size(result.drawing.size, cell)
     rasterizer = Rasterizer(size, device)
     cells = [(_fitted_target(pixels, size), "target", "")]

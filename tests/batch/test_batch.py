@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 from PIL import Image
-from support.batches import QUICK, SLOW, Deadly, NeverArriving, make_pictures, single_runs, svgs
+from support.batches import QUICK, SLOW, Deadly, NeverArriving, TellsThreads, make_pictures, single_runs, svgs
 
 import livecl
 from livecl.batch.batch import Batch, vectorize_files
@@ -65,13 +65,6 @@ def test_workers_have_one_thread_each(tmp_path: Path) -> None:
     work = Work(TellsThreads(**{field.name: getattr(QUICK, field.name) for field in dataclasses.fields(QUICK)}))
     ((_, answer),) = work_locally([Task(0, file.read_bytes(), "one")], work, workers=1)
     assert answer == "threads: 1"
-
-
-class TellsThreads(Recipe):
-    """A recipe that fails with what PoCL is told about threads."""
-
-    def vectorize(self, *_: Any) -> Any:
-        raise LiveclError(f"threads: {os.environ['POCL_MAX_PTHREAD_COUNT']}")
 
 
 def test_a_killed_worker_loses_no_picture(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What tests of batches share: small pictures, a quick recipe, and recipes whose workers die."""
+"""What tests of batches share: small pictures, a quick recipe, and recipes whose workers die or tell."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.errors import LiveclError
 from livecl.image.reading import save_image
 from livecl.options import Options
 from livecl.run.recipe import Recipe
@@ -50,6 +51,13 @@ class Deadly(Recipe):
         if is_first(image):
             os.kill(os.getpid(), signal.SIGKILL)
         return super().vectorize(image, *arguments)
+
+
+class TellsThreads(Recipe):
+    """A recipe that fails with what PoCL is told about threads."""
+
+    def vectorize(self, *_: Any) -> Any:
+        raise LiveclError(f"threads: {os.environ['POCL_MAX_PTHREAD_COUNT']}")
 
 
 class NeverArriving(Recipe):
