@@ -178,6 +178,18 @@ inline real sum_lanes(realv v)
     return quarter_sum.x + quarter_sum.y;
 }
 
+// The smallest of the lanes.
+inline real least_lane(realv v)
+{
+#if LANES == 8
+    real4 half_least = LESSER(v.lo, v.hi);
+#else
+    real4 half_least = v;
+#endif
+    real2 quarter_least = LESSER(half_least.lo, half_least.hi);
+    return LESSER(quarter_least.x, quarter_least.y);
+}
+
 // `params`: where the fills begin (1), nothing (3), colours (N, 4), points (M, 3, 2), backgrounds (one a drawing, 4:
 // RGB and nothing), fills (fill.h).
 inline __global const real *params_color(__global const real *params, int layer) { return params + 4 + 4 * layer; }

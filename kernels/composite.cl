@@ -25,6 +25,9 @@ __kernel void composite_forward(Grid grid, __global const real *params, __global
     for (int column = 0; column < TILE; column += step) color[column] = background_color(site.background);
     for (int above = site.num_layers, count = lowest_run(above); above > 0; above -= count, count = DEPTH) {
         span = stack_upwards(site, span, count, &stack);
+#if FILLS
+        stack_stretches(site, &stack);
+#endif
         for (int column = 0; column < TILE; column += step) stack_forward(site, &stack, column, &color[column], 0);
     }
     for (int column = 0; column < TILE; column++)
@@ -133,6 +136,9 @@ inline void keep_colors(Site site, int step)
     int count = lowest_run(site.num_layers), span = stack_upwards(site, site.first, count, &stack);
     for (int column = 0; column < TILE; column += step) color[column] = background_color(site.background);
     for (int above = site.num_layers - count; above > 0; above -= DEPTH) {
+#if FILLS
+        stack_stretches(site, &stack);
+#endif
         for (int column = 0; column < TILE; column += step) stack_forward(site, &stack, column, &color[column], 0);
         span = stack_upwards(site, span, DEPTH, &stack);
         for (int column = 0; column < TILE; column += step)
@@ -167,7 +173,8 @@ inline void tile_backward(Site site, const Objective *objective, __global real4 
     int step = site.edges ? 1 : TILE;  // columns that share one colour
     if (site.num_layers > DEPTH) keep_colors(site, step);
     Stack stack;
-    Color below[DEPTH], d_color[DEPTH], g[TILE];
+    Kept kept[DEPTH];
+    Color d_color[DEPTH], g[TILE];
     realv d_opacity[DEPTH], loss = 0;
 #if FILLS
     realv d_paint[DEPTH][TILE][4];
@@ -176,6 +183,9 @@ inline void tile_backward(Site site, const Objective *objective, __global real4 
     do {
         int topmost = lower == site.num_layers, count = min(lower, DEPTH);
         span = stack_downwards(site, span, count, &stack);
+#if FILLS
+        stack_stretches(site, &stack);
+#endif
         lower -= count;
         for (int k = stack.begin; k < DEPTH; k++) {
             d_opacity[k] = 0;
@@ -183,7 +193,7 @@ inline void tile_backward(Site site, const Objective *objective, __global real4 
         }
         for (int column = 0; column < TILE; column += step) {
             Color color = lower > 0 ? kept_color(&stack, column, site.scratch) : background_color(site.background);
-            stack_forward(site, &stack, column, &color, below);
+            stack_forward(site, &stack, column, &color, kept);
             Color *gradient = &g[column];
             if (topmost) {
                 for (int i = 0; i < CHANNELS; i++) gradient->c[i] = 0;
@@ -194,10 +204,10 @@ inline void tile_backward(Site site, const Objective *objective, __global real4 
                 realv coverage = site_coverage(site, index, column);
 #if FILLS
                 if (is_gradient(site.params, stack.layer[k])) {
-                    Paint paint = layer_paint(site, stack.layer[k], column);
+                    Paint paint = kept[k].paint;
                     Color d_here;
                     for (int i = 0; i < CHANNELS; i++) d_here.c[i] = 0;
-                    realv d_alpha = over_backward(gradient, paint.color, below[k], paint.opacity * coverage, &d_here);
+                    realv d_alpha = over_backward(gradient, paint.color, kept[k].below, paint.opacity * coverage, &d_here);
                     for (int i = 0; i < 3; i++) d_paint[k][column][i] = d_here.c[i];
                     d_paint[k][column][3] = coverage * d_alpha;
                     if (site.tile_state[index] == EDGE) d_coverage[index * TILE + column] = paint.opacity * d_alpha;
@@ -205,7 +215,7 @@ inline void tile_backward(Site site, const Objective *objective, __global real4 
                 }
 #endif
                 __global const real *rgba = params_color(site.params, stack.layer[k]);
-                realv d_a = over_backward(gradient, splat_color(rgba), below[k], rgba[3] * coverage, &d_color[k]);
+                realv d_a = over_backward(gradient, splat_color(rgba), kept[k].below, rgba[3] * coverage, &d_color[k]);
                 d_opacity[k] += coverage * d_a;
                 if (site.tile_state[index] == EDGE) d_coverage[index * TILE + column] = rgba[3] * d_a;
             }
@@ -218,7 +228,7 @@ inline void tile_backward(Site site, const Objective *objective, __global real4 
         for (int k = stack.begin; k < DEPTH; k++)
             if (is_gradient(site.params, stack.layer[k]))
                 fill_backward(site.params, layer_fill(site.params, stack.layer[k]), site_x(site, 0), site_y(site),
-                              d_paint[k], d_fills + stack.tile[k] * num_reals);
+                              &stack.stretch[k], d_paint[k], d_fills + stack.tile[k] * num_reals);
 #endif
     } while (lower > 0);
     real d_background[3];

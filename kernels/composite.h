@@ -98,6 +98,9 @@ inline Site site_at(Grid grid, __global const real *params, __global const Table
 typedef struct {
     int begin;
     int layer[DEPTH], tile[DEPTH];
+#if FILLS
+    Stretch stretch[DEPTH];  // of gradients
+#endif
 } Stack;
 
 inline int lowest_run(int num_layers) { return num_layers > 0 ? (num_layers - 1) % DEPTH + 1 : 0; }
@@ -140,23 +143,41 @@ inline realv site_coverage(Site site, int tile, int column)
 inline real site_x(Site site, int column) { return (real)(site.tile * TILE + column) + (real)0.5; }
 inline realv site_y(Site site) { return lane_rows() + ((real)site.top + (real)0.5); }
 
-inline Paint layer_paint(Site site, int layer, int column)
+// Find where the tile lies on the gradients of the stack.
+inline void stack_stretches(Site site, Stack *stack)
 {
-    __global const real *fill = layer_fill(site.params, layer);
-    if (fill[0] != 0) return fill_paint(site.params, fill, fill_place(fill, site_x(site, column), site_y(site)).t);
-    __global const real *rgba = params_color(site.params, layer);
+    for (int i = stack->begin; i < DEPTH; i++)
+        if (is_gradient(site.params, stack->layer[i]))
+            fill_stretch(site.params, layer_fill(site.params, stack->layer[i]), site_x(site, 0), site_y(site),
+                         &stack->stretch[i]);
+}
+
+inline Paint layer_paint(Site site, const Stack *stack, int i, int column)
+{
+    __global const real *fill = layer_fill(site.params, stack->layer[i]);
+    if (fill[0] != 0) return fill_paint(site.params, fill, &stack->stretch[i], column);
+    __global const real *rgba = params_color(site.params, stack->layer[i]);
     Paint paint = {splat_color(rgba), (realv)rgba[3]};
     return paint;
 }
 #endif
 
-// Composite the stack over `color` in one column of the tile; `below` (may be null) receives the colours below.
-inline void stack_forward(Site site, const Stack *stack, int column, Color *color, Color *below)
+// What the backward needs again of a layer in one column: the colour below it and, with gradients, its paint.
+typedef struct {
+    Color below;
+#if FILLS
+    Paint paint;
+#endif
+} Kept;
+
+// Composite the stack over `color` in one column of the tile; `kept` (may be null) is filled for the backward.
+inline void stack_forward(Site site, const Stack *stack, int column, Color *color, Kept *kept)
 {
     for (int i = stack->begin; i < DEPTH; i++) {
-        if (below) below[i] = *color;
+        if (kept) kept[i].below = *color;
 #if FILLS
-        Paint paint = layer_paint(site, stack->layer[i], column);
+        Paint paint = layer_paint(site, stack, i, column);
+        if (kept) kept[i].paint = paint;
         over_forward(color, paint.color, paint.opacity * site_coverage(site, stack->tile[i], column));
 #else
         __global const real *rgba = params_color(site.params, stack->layer[i]);

@@ -78,15 +78,39 @@ inline realv stop_share(__global const real *stop, realv t, realv *active)
     return BETWEEN(along, (realv)0, (realv)1);
 }
 
-inline Paint fill_paint(__global const real *params, __global const real *fill, realv t)
+// Where a tile lies on a gradient: t at its pixels, and the pieces between stops, `first` to before `last`, that it may meet.
+// Before these all shares are 1, after them 0, and neither changes.
+typedef struct {
+    realv t[TILE];
+    int first, last;
+} Stretch;
+
+inline void fill_stretch(__global const real *params, __global const real *fill, real column, realv rows,
+                         Stretch *stretch)
 {
+    realv low = INFINITY, high = -INFINITY;
+    for (int j = 0; j < TILE; j++) {
+        realv t = stretch->t[j] = fill_place(fill, column + j, rows).t;
+        low = LESSER(t, low);
+        high = GREATER(t, high);
+    }
+    real least = least_lane(low), most = -least_lane(-high);
     __global const real *stop = fill_stops(params, fill);
+    stretch->first = 0;
+    stretch->last = (int)fill[2] - 1;
+    while (stretch->first < stretch->last && stop[STOP_REALS * (stretch->first + 1)] < least) stretch->first++;
+    while (stretch->last > stretch->first && stop[STOP_REALS * (stretch->last - 1)] > most) stretch->last--;
+}
+
+inline Paint fill_paint(__global const real *params, __global const real *fill, const Stretch *stretch, int column)
+{
+    __global const real *stop = fill_stops(params, fill) + STOP_REALS * stretch->first;
     Paint paint;
     realv active;
     for (int i = 0; i < CHANNELS; i++) paint.color.c[i] = (realv)(i < 3 ? stop[2 + i] : (real)1);
     paint.opacity = (realv)stop[5];
-    for (int k = 1; k < (int)fill[2]; k++, stop += STOP_REALS) {
-        realv share = stop_share(stop, t, &active);
+    for (int k = stretch->first; k < stretch->last; k++, stop += STOP_REALS) {
+        realv share = stop_share(stop, stretch->t[column], &active);
         for (int i = 0; i < 3; i++) paint.color.c[i] += share * (stop[STOP_REALS + 2 + i] - stop[2 + i]);
         paint.opacity += share * (stop[STOP_REALS + 5] - stop[5]);
     }
@@ -95,25 +119,24 @@ inline Paint fill_paint(__global const real *params, __global const real *fill, 
 
 // Gradient of a layer's stops and geometry in a tile from d, (TILE, 4), into a record.
 inline void fill_backward(__global const real *params, __global const real *fill, real column, realv rows,
-                          realv d[TILE][4], __global real *record)
+                          const Stretch *stretch, realv d[TILE][4], __global real *record)
 {
-    __global const real *stop = fill_stops(params, fill);
+    __global const real *stop = fill_stops(params, fill) + STOP_REALS * stretch->first;
     __global real *d_stop = record + D_GEOMETRY;
-    Place place[TILE];
     realv d_t[TILE], sum[4];
     for (int i = 0; i < 4; i++) sum[i] = 0;
     for (int j = 0; j < TILE; j++) {
-        place[j] = fill_place(fill, column + j, rows);
         d_t[j] = 0;
         for (int i = 0; i < 4; i++) sum[i] += d[j][i];
     }
-    d_stop[0] = 0;
+    for (int i = 0; i < D_STOP * (int)fill[2]; i++) d_stop[i] = 0;
+    d_stop += D_STOP * stretch->first;
     for (int i = 0; i < 4; i++) d_stop[1 + i] = sum_lanes(sum[i]);
-    for (int k = 1; k < (int)fill[2]; k++, stop += STOP_REALS, d_stop += D_STOP) {
+    for (int k = stretch->first; k < stretch->last; k++, stop += STOP_REALS, d_stop += D_STOP) {
         realv shared[4], d_low = 0, d_high = 0;
         for (int i = 0; i < 4; i++) shared[i] = 0;
         for (int j = 0; j < TILE; j++) {
-            realv active, share = stop_share(stop, place[j].t, &active), d_share = 0;
+            realv active, share = stop_share(stop, stretch->t[j], &active), d_share = 0;
             for (int i = 0; i < 4; i++) {
                 d_share += d[j][i] * (stop[STOP_REALS + 2 + i] - stop[2 + i]);
                 shared[i] += share * d[j][i];
@@ -133,19 +156,20 @@ inline void fill_backward(__global const real *params, __global const real *fill
     }
     realv d_geometry[D_GEOMETRY];
     for (int i = 0; i < D_GEOMETRY; i++) d_geometry[i] = 0;
-    for (int j = 0; j < TILE; j++) {
+    for (int j = 0; j < TILE && stretch->first < stretch->last; j++) {
+        Place place = fill_place(fill, column + j, rows);
         realv d_u = d_t[j], d_v = 0;
         if (fill[0] == RADIAL) {
-            realv share = place[j].t > 0 ? d_t[j] / place[j].t : (realv)0;
-            d_u = share * place[j].u;
-            d_v = share * place[j].v;
+            realv share = place.t > 0 ? d_t[j] / place.t : (realv)0;
+            d_u = share * place.u;
+            d_v = share * place.v;
         }
         d_geometry[0] += d_u;
         d_geometry[1] += d_v;
-        d_geometry[2] += d_u * place[j].x;
-        d_geometry[3] += d_u * place[j].y;
-        d_geometry[4] += d_v * place[j].x;
-        d_geometry[5] += d_v * place[j].y;
+        d_geometry[2] += d_u * place.x;
+        d_geometry[3] += d_u * place.y;
+        d_geometry[4] += d_v * place.x;
+        d_geometry[5] += d_v * place.y;
     }
     for (int i = 0; i < D_GEOMETRY; i++) record[i] = sum_lanes(d_geometry[i]);
 }
