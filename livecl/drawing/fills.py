@@ -149,7 +149,7 @@ class Fills:
         """Whether any layer is not solid."""
         return bool(self.kinds.any())
 
-    @property
+    @functools.cached_property
     def gradient_layers(self) -> NDArray[np.intp]:
         """Layers that are not solid, rising: (K,)."""
         return np.flatnonzero(self.kinds)
@@ -158,6 +158,16 @@ class Fills:
     def stop_layers(self) -> IntArray:
         """Layer of each stop: (S,)."""
         return np.repeat(np.arange(len(self), dtype=np.int32), np.diff(self.stop_offsets))
+
+    @functools.cached_property
+    def stop_ranks(self) -> IntArray:
+        """Number of each stop within its layer: (S,)."""
+        return np.arange(len(self.stop_layers), dtype=np.int32) - self.stop_offsets[self.stop_layers]
+
+    @functools.cached_property
+    def end_stops(self) -> tuple[IntArray, IntArray]:
+        """First and last stop of each gradient: (K,) both."""
+        return self.stop_offsets[self.gradient_layers], self.stop_offsets[self.gradient_layers + 1] - 1
 
     def stops(self, layer: int) -> slice:
         """Return the stops of a layer, a slice of `stop_positions` and `stop_colors`."""
@@ -240,15 +250,13 @@ class Fills:
 
         It is what stands for a gradient where one colour is wanted. A is 1 only where all stops are opaque.
         """
-        layers = self.gradient_layers
-        if not len(layers):
+        if not self.any_gradients:
             return np.zeros((0, 4))
         t, rgb, alphas = self.stop_positions, self.stop_colors[:, :3], self.stop_colors[:, 3]
-        first = self.stop_offsets[layers]
-        last = self.stop_offsets[layers + 1] - 1
+        first, last = self.end_stops
         # The trapezoids' rule over the stops, which hold on from 0 and up to 1; exact but for products of slopes. Solid
         # layers have no stops: each gradient's begin where those of the one before end.
-        halves = np.diff(t) / 2
+        halves = (t[1:] - t[:-1]) / 2
         halves[first[1:] - 1] = 0
         weights = np.zeros(len(t))
         weights[:-1] += halves

@@ -68,21 +68,28 @@ def convex_hull(mask: BoolArray) -> BoolArray:
 
 
 def _convex_side(rows: NDArray[np.intp], first: NDArray[np.intp], at: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return the first column of the hull in each row of `at`, given the first pixels of some: monotone chain."""
-    nearest: dict[int, int] = {}  # in half pixels: the middles of upper, left and lower sides
-    for row, column in zip((2 * rows).tolist(), (2 * first).tolist(), strict=True):
-        for y, x in ((row - 1, column), (row, column - 1), (row + 1, column)):
-            nearest[y] = min(x, nearest.get(y, x))
-    chain: list[tuple[int, int]] = []
-    for y, x in sorted(nearest.items()):
-        while len(chain) > 1:
-            (y0, x0), (y1, x1) = chain[-2:]
-            if (x1 - x0) * (y - y0) < (x - x0) * (y1 - y0):
-                break
-            chain.pop()
-        chain.append((y, x))
-    ys, xs = np.array(chain).T
-    side = np.searchsorted(ys, 2 * at, side="right") - 1
+    """Return the first column of the hull in each row of `at`, given the first pixels of some.
+
+    All in half pixels, by the middles of upper, left and lower sides. No point is a corner that lies on the chord of
+    its neighbours or within: those are left out until there are none.
+    """
+    height = 2 * int(rows[-1] - rows[0]) + 3
+    nearest = np.full(height, np.iinfo(np.intp).max)
+    y = 2 * (rows - rows[0]) + 1
+    nearest[y] = 2 * first - 1
+    for side in (y - 1, y + 1):  # of one kind, no two rows have the same
+        nearest[side] = np.minimum(nearest[side], 2 * first)
+    ys = np.flatnonzero(nearest < np.iinfo(np.intp).max)
+    xs = nearest[ys]
+    while len(ys) > 2:
+        down, across = np.diff(ys), np.diff(xs)
+        corner = across[:-1] * down[1:] < across[1:] * down[:-1]
+        if corner.all():
+            break
+        kept = np.concatenate([[True], corner, [True]])
+        ys, xs = ys[kept], xs[kept]
+    wanted = 2 * (at - rows[0]) + 1
+    side = np.searchsorted(ys, wanted, side="right") - 1
     rise = ys[side + 1] - ys[side]
-    reached = xs[side] * rise + (2 * at - ys[side]) * (xs[side + 1] - xs[side])
+    reached = xs[side] * rise + (wanted - ys[side]) * (xs[side + 1] - xs[side])
     return np.asarray(-(-reached // (2 * rise)))

@@ -54,13 +54,15 @@ def place_maps(fills: Fills) -> tuple[FloatArray, NDArray[np.bool_]]:
     Those of the last fills are kept: a step of training needs them before the kernels and after.
     """
     maps = np.zeros((len(fills), 2, 2))
-    axes = np.swapaxes(fills.geometry[:, 1:] - fills.geometry[:, :1], 1, 2)  # columns: p1 - p0; e1 - c and e2 - c
-    length = np.hypot(*axes[:, :, 0].T)
+    first, second = fills.geometry[:, 1] - fills.geometry[:, 0], fills.geometry[:, 2] - fills.geometry[:, 0]  # e1, e2
+    length = np.hypot(*first.T)
     linear = (fills.kinds == LINEAR) & (length > 0)
-    maps[linear, 0] = axes[linear, :, 0] / length[linear, None] / np.maximum(length[linear, None], _SHORT)
-    size = (axes**2).sum(axis=(1, 2))
-    radial = (fills.kinds == RADIAL) & (np.abs(np.linalg.det(axes)) > _FLAT * size) & (size > _SHORT**2)
-    maps[radial] = np.linalg.inv(axes[radial])
+    maps[linear, 0] = first[linear] / length[linear, None] / np.maximum(length[linear, None], _SHORT)
+    determinant = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    size = (first * first + second * second).sum(axis=1)
+    radial = (fills.kinds == RADIAL) & (np.abs(determinant) > _FLAT * size) & (size > _SHORT**2)
+    (a, c), (b, d), whole = first[radial].T, second[radial].T, determinant[radial]
+    maps[radial] = np.array([[d, -b], [-c, a]]).transpose(2, 0, 1) / whole[:, None, None]
     return maps, linear | radial
 
 
@@ -77,8 +79,9 @@ def pack_fills(fills: Fills) -> FloatArray:
     table[:, 6:10] = maps.reshape(-1, 4)
     stops = np.zeros((len(fills.stop_positions), 6))
     stops[:, 0] = fills.stop_positions
-    widths = np.diff(fills.stop_positions, append=0.0)
-    widths[offsets[1:][np.diff(offsets) > 0] - 1] = 0
+    widths = np.zeros(len(stops))
+    widths[:-1] = fills.stop_positions[1:] - fills.stop_positions[:-1]
+    widths[fills.end_stops[1]] = 0
     stops[:, 1] = np.divide(1.0, widths, out=np.zeros_like(widths), where=widths > _FLAT)
     stops[:, 2:] = fills.stop_colors
     return np.concatenate([[record_reals(fills), 0, 0, 0], table.ravel(), stops.ravel()])
@@ -98,22 +101,22 @@ def fill_gradients(fills: Fills, sums: FloatArray) -> FillGradients:
     d_place, d_maps = sums[:, :2], sums[:, 2:D_GEOMETRY].reshape(-1, 2, 2)
     geometry = np.zeros_like(fills.geometry)
     transposed = np.swapaxes(maps, 1, 2)
-    d_origin = -np.einsum("nij,nj->ni", transposed, d_place)
+    d_origin = -(maps * d_place[:, :, None]).sum(axis=1)
 
     radial = (fills.kinds == RADIAL) & regular
     d_axes = -(transposed @ d_maps @ transposed)
     geometry[radial, 1:] = np.swapaxes(d_axes, 1, 2)[radial]
     geometry[radial, 0] = d_origin[radial] - geometry[radial, 1:].sum(axis=1)
 
-    along = fills.geometry[:, 1] - fills.geometry[:, 0]
-    linear = (fills.kinds == LINEAR) & (np.hypot(*along.T) > _SHORT)
-    along = along[linear]
-    d_row, row = d_maps[linear, 0], maps[linear, 0]
-    square = (along**2).sum(axis=1, keepdims=True)
-    geometry[linear, 1] = (d_row - 2 * (d_row * along).sum(axis=1, keepdims=True) * row) / square
-    geometry[linear, 0] = d_origin[linear] - geometry[linear, 1]
+    linear = (fills.kinds == LINEAR) & regular
+    if linear.any():
+        along = fills.geometry[linear, 1] - fills.geometry[linear, 0]
+        square = (along**2).sum(axis=1, keepdims=True)
+        square[square <= _SHORT**2] = np.inf
+        d_row, row = d_maps[linear, 0], maps[linear, 0]
+        geometry[linear, 1] = (d_row - 2 * (d_row * along).sum(axis=1, keepdims=True) * row) / square
+        geometry[linear, 0] = np.where(np.isfinite(square), d_origin[linear], 0) - geometry[linear, 1]
 
-    rank = np.arange(len(fills.stop_positions)) - fills.stop_offsets[fills.stop_layers]
-    at = D_GEOMETRY + D_STOP * rank
-    stops = sums[fills.stop_layers[:, None], at[:, None] + np.arange(D_STOP)]
+    records = sums[:, D_GEOMETRY:].reshape(len(fills), -1, D_STOP)
+    stops = records[fills.stop_layers, fills.stop_ranks]
     return FillGradients(geometry, stops[:, 0], stops[:, 1:])

@@ -74,13 +74,15 @@ class FillMoments:
         said by the geometry.
         """
         d_stops = np.concatenate([gradients.stop_positions[:, None], gradients.stop_colors], axis=1)
-        ends = fills.stop_offsets[fills.gradient_layers]
-        d_stops[ends, 0] = d_stops[fills.stop_offsets[fills.gradient_layers + 1] - 1, 0] = 0
+        first, last = fills.end_stops
+        d_stops[first, 0] = d_stops[last, 0] = 0
         geometry = fills.geometry + self.geometry.step(gradients.geometry, point_rate(self.geometry.ages))
         stops = np.concatenate([fills.stop_positions[:, None], fills.stop_colors], axis=1)
         stops = np.clip(stops + self.stops.step(d_stops, color_rate(self.stops.ages)), 0, 1)
         positions = stops[:, 0].copy()
-        for layer in fills.gradient_layers.tolist():
+        falls = positions[1:] < positions[:-1]
+        falls[last[:-1]] = False
+        for layer in set(fills.stop_layers[1:][falls].tolist()):
             own = fills.stops(layer)
             positions[own] = np.minimum(np.maximum.accumulate(positions[own]), positions[own.stop - 1])
         return fills.moved(geometry, positions, stops[:, 1:])
