@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,9 +49,8 @@ def rounded_points(points: FloatArray, following: IntArray, drawn: NDArray[np.bo
     points[following[near], 1] = reflected[near]
     turned = straight_segments(points, points[following, 0], precision) & ~straight  # lines by the reflection only
     points[turned, 1] = handles[turned]
-    straight &= ~(
-        straight[following] & (following[following] == np.arange(len(points)))
-    )  # two lines: readers drop them
+    two_lines = straight[following] & (following[following] == np.arange(len(points)))  # readers drop them
+    straight &= ~two_lines
     start, end = points[straight, 0], points[following[straight], 0]
     points[straight, 1] = np.round(start + (end - start) / 3, MAX_PRECISION) + 0.0
     points[straight, 2] = np.round(end - (end - start) / 3, MAX_PRECISION) + 0.0
@@ -94,13 +94,11 @@ def format_outline(points: FloatArray, precision: int, is_open: bool = False, cu
     return _joined(written, precision) + ("" if is_open else "Z")
 
 
-class _Command(tuple[str, list[int]]):
+class _Command(NamedTuple):
     """A letter and its numbers, in units of the last decimal."""
 
-    __slots__ = ()
-
-    def __new__(cls, letter: str, numbers: list[int]) -> _Command:
-        return super().__new__(cls, (letter, numbers))
+    letter: str
+    numbers: list[int]
 
 
 def _line(segment: IntArray, base: IntArray) -> tuple[str, list[int]]:

@@ -156,11 +156,9 @@ def format_svg(
     shapes = {} if cubics else primitives(drawing, precision)
     paths = []
     for layer, (identifier, label) in enumerate(zip(ids, labels, strict=True)):
-        tag, geometry = "path", ""
-        if layer in shapes:
-            tag, geometry = shapes[layer].tag, shapes[layer].text
-        else:
-            geometry = _format_data(drawing, layer, precision, cubics)
+        shape = shapes.get(layer)
+        tag = "path" if shape is None else shape.tag
+        geometry = _format_data(drawing, layer, precision, cubics) if shape is None else shape.text
         server = servers.get(layer)
         color = _paint_of(format_rgb(drawing.colors[layer]), named) if server is None else f"url(#{server.identifier})"
         paint = _format_paint(drawing, layer, precision, color)
