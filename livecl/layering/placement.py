@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.drawing import Drawing
 from livecl.layering.candidates import initial_outline, paint_of, region_candidates
 from livecl.layering.components import Place, component_places
@@ -79,7 +80,7 @@ def place_paths(
         total = drawing.num_layers + count if total is None else total
         found = place_structure(target, drawing, count, total, shading_of(options), context.check)
         if found is None:
-            return Placement(Drawing.from_outlines([], np.zeros((0, 4)), drawing.size), np.arange(drawing.num_layers))
+            return Placement(empty_drawing(drawing.size), np.arange(drawing.num_layers))
         rgba = np.array([paint_of(color) for color in found.colors])
         return Placement(
             Drawing.from_outlines(found.outlines, rgba, drawing.size, fills=found.fills),

@@ -62,27 +62,20 @@ class Beginning:
         Raises
         ------
         ValueError
-            If start drawing or locked layers do not fit.
+            If the options have variant "released", which starts from nothing, and there is a start drawing.
         """
-        size, start, options = (image.shape[0], image.shape[1]), self.start, self.options
+        start, options = self.start, self.options
         if start is None:
-            if len(self.lock):
-                raise ValueError("lock: names layers of a drawing; give the drawing as start")
-            drawing = empty_drawing(size, background_for(options.background, image))
+            drawing = empty_drawing((image.shape[0], image.shape[1]), background_for(options.background, image))
             options = placed_by(options, image, drawing, sum(self._stages(options)), check)
             return Progress.start(drawing, options, self._stages(options), self.seed)
-        if start.size != size:
-            raise ValueError(f"start: a canvas of {start.size} px, wanted the picture's {size}")
         if options.variant == "released":
             raise ValueError("start: variant 'released' trains the newest paths only, so it starts from nothing")
         refines = start.num_layers > 0
         stages = self._stages(options) if self.schedule or self.paths or not refines else ()
         drawing = start.replace(background=background_for(options.background, image, start.background))
-        locked, wanted = np.zeros(start.num_layers, bool), f"numbers of the {start.num_layers} layers, from 0 on"
-        try:
-            locked[np.array(self.lock, dtype=np.intp)] = True
-        except (IndexError, TypeError, ValueError):
-            raise ValueError(f"lock: got {self.lock!r}, wanted {wanted}") from None
+        locked = np.zeros(start.num_layers, bool)
+        locked[np.array(self.lock, dtype=np.intp)] = True
         options = dataclasses.replace(options, placement="region") if options.placement == "structure" else options
         progress = Progress.start(drawing, options, (0, *stages) if refines else stages, self.seed, locked)
         progress.state.hidden = self.hidden

@@ -43,6 +43,22 @@ def random_scene(seed: int) -> Drawing:
 
 
 @needs_pathops
+def test_a_layer_that_cannot_be_cut_stays_whole_and_is_named(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    import pathops
+
+    def fails(*_: object) -> None:
+        raise pathops.PathOpsError("no curve")
+
+    monkeypatch.setattr(pathops, "op", fails)
+    drawing = drawings.build([([shapes.circle((30, 30), 15)], RED), ([shapes.circle((42, 30), 15)], BLUE)], (60, 70))
+    cut = cutout.cut_out(drawing, 0)
+    np.testing.assert_array_equal(render(cut), render(drawing))
+    assert "layer 0 could not be cut, and stays whole" in caplog.text
+
+
+@needs_pathops
 @pytest.mark.parametrize("seed", range(8))
 def test_nothing_overlaps_and_the_picture_stays(seed: int) -> None:
     drawing = random_scene(seed)

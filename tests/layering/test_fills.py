@@ -137,6 +137,18 @@ def test_a_layer_over_nothing_gets_the_alpha_of_the_picture(device: int) -> None
     assert context.mse(shade) < LAYER_NUMBERS * shading_price(context)
 
 
+def test_opaque_layers_have_stops_of_one_opacity(device: int) -> None:
+    """Over nothing, the alpha of the picture falls from 0.95 to 0.1; training keeps it as it is in each stop."""
+    fade = Fills.linear((4, 0), (36, 0), [(*COLORS[0][:3], 0.95), (*COLORS[1][:3], 0.1)])
+    drawing = _square(fade).replace(background=None)
+    options = Options(fills="auto", opacity="opaque")
+    context = Context(Rasterizer(drawing.size, device), livecl.render(drawing, device), options)
+    shade = shaded(context, _square(None).replace(background=None), np.ones(1, bool))
+    assert shade.fills.any_gradients
+    assert len(np.unique(shade.fills.stop_colors[:, 3])) == 1
+    assert len(np.unique(shade.fills.stop_colors[:, 0])) > 1
+
+
 def test_a_number_costs_a_share_of_a_layer() -> None:
     assert shading_of(Options(fills="solid")) is None
     assert shading_of(Options(colors=4)) is None and shading_of(Options(palette="lime")) is None

@@ -53,6 +53,14 @@ def test_a_layer_that_something_else_covers_on_the_way_stays_outside() -> None:
     np.testing.assert_array_equal(render(in_groups(drawing)), render(drawing))
 
 
+def test_what_joins_a_group_late_comes_after_all_that_lies_in_it() -> None:
+    """A disc in a disc in a disc, then another in the outermost, which may not part the two inner ones."""
+    layers = [disc(40, 30, 24, YELLOW), disc(32, 30, 9, BROWN), disc(32, 30, 4, WHITE), disc(80, 30, 5, BROWN)]
+    drawing = drawings.build([*layers, disc(54, 30, 4, RED)], (60, 100))
+    parents, order = containment(Rasterizer(drawing.size).coverages(drawing), np.ones(5, bool))
+    assert parents == [-1, 0, 1, -1, 0] and order == [0, 1, 2, 4, 3]
+
+
 def test_grounds_and_lines_hold_nothing() -> None:
     ground = ([drawings.rectangle(0, 0, 60, 60)], YELLOW)
     assert not any(in_groups(drawings.build([ground, disc(30, 30, 9, RED)], (60, 60))).groups)

@@ -60,3 +60,17 @@ def test_outlines_of_masks_with_holes_and_parts(soft: bool) -> None:
     again = masks_of(Drawing.from_outlines([outline], RED, drawing.size))[0]
     assert np.abs(again - mask).sum() < (0.01 if soft else 0.03) * mask.sum()
     assert sum(map(len, outline)) <= 16  # not a node at each step of pixels
+
+
+def test_a_mask_without_a_clear_pixel_has_the_mean_colour_of_its_pixels() -> None:
+    """A bar that covers two thirds of a row, white elsewhere: of its pixels' colours that of a third of white."""
+    drawing = drawings.build([([drawings.rectangle(4, 8, 30, 8 + 2 / 3)], RED)], (20, 40), WHITE)
+    found = masked_layers(render(drawing), masks_of(drawing), ("bar",), np.ones(3))
+    np.testing.assert_allclose(found.colors, [(1, 1 / 3, 1 / 3, 1)], atol=1e-5)
+
+
+def test_masks_of_no_more_than_a_pixel_have_no_layers() -> None:
+    masks = np.zeros((1, 20, 40), np.float32)
+    masks[0, 5, 7] = 1
+    found = masked_layers(np.ones((20, 40, 3)), masks, ("speck",), np.ones(3))
+    assert found.num_layers == 0 and found.size == (20, 40)

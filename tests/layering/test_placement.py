@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from conftest import RasterizerFor
@@ -16,6 +18,7 @@ from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import circle
 from livecl.layering.candidates import SMALL_REGION
 from livecl.layering.context import Context
+from livecl.layering.painting import Painting
 from livecl.layering.placement import place_paths
 
 FloatArray = NDArray[np.float64]
@@ -227,3 +230,23 @@ def test_several_paths_of_one_stage_are_ordered_among_themselves_too(place: Plac
     colors = concatenate(inner, placement.drawing).layer_subset(placement.order).colors[:, :3]
     found = [int(np.argmin(np.abs(np.array([RED, GREEN, BLUE]) - color).sum(axis=1))) for color in colors]
     assert sorted(found) == [0, 1, 2] and found.index(2) < found.index(0)
+
+
+@pytest.mark.parametrize(
+    ("background", "opacity", "follow"),
+    [(None, "snap", True), (None, "train", True), (None, "opaque", False), ((1, 1, 1), "snap", False)],
+)
+def test_opacities_follow_a_new_layer_over_nothing_unless_they_are_fixed(
+    place: Placer, monkeypatch: pytest.MonkeyPatch, background: Any, opacity: Any, follow: bool
+) -> None:
+    asked = []
+
+    class Told(Painting):
+        def __init__(self, *arguments: Any) -> None:
+            asked.append(arguments[2])
+            super().__init__(*arguments)
+
+    monkeypatch.setattr("livecl.layering.placement.Painting", Told)
+    target = np.ones((12, 12, 3 if background else 4))
+    place.on(empty_drawing((12, 12), background), target, 1, Options(placement="region", opacity=opacity))
+    assert asked == [follow]

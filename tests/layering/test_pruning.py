@@ -21,8 +21,12 @@ RED = (1.0, 0.0, 0.0, 1.0)
 
 @pytest.mark.parametrize(
     ("other", "left"),
-    [(SQUARE, {0.5: 1, 2: 1, 20: 2}), (drawings.rectangle(24.5, 4.5, 32.5, 12.5), {0.5: 1, 2: 2, 20: 2})],
-    ids=["hidden", "seen"],
+    [
+        (SQUARE, {0.5: 1, 2: 1, 20: 2}),
+        (drawings.rectangle(24.5, 4.5, 32.5, 12.5), {0.5: 1, 2: 2, 20: 2}),
+        (drawings.rectangle(24, 4, 27, 7), {0.5: 1, 2: 2, 20: 2}),  # small is not hidden
+    ],
+    ids=["hidden", "seen", "small"],
 )
 def test_hidden_layers_must_be_worth_more(
     rasterizer_for: RasterizerFor, other: np.ndarray, left: dict[float, int]

@@ -51,6 +51,16 @@ def test_what_merging_makes_is_free_and_kept_layers_stay_so(device: int) -> None
     assert finished(build([*halves, dot], (24, 24)), [FREE, FREE, FREE], device).outcome().num_layers == 0
 
 
+def test_a_finished_run_neither_begins_nor_ends_a_phase(device: int) -> None:
+    run = finished(build([([rectangle(2, 4, 12, 20)], (0, 0, 0, 1))], (24, 24)), [FREE], device)
+    assert run.finished
+    for act in (run.begin, run.end):
+        with pytest.raises(ValueError, match="the run is finished"):
+            act()
+    with pytest.raises(ValueError, match="no drawing to fall back to"):
+        run.keep_if_better()
+
+
 @pytest.mark.parametrize(("merge", "left"), [(True, 1), (False, 2)])
 def test_neighbours_are_merged_at_the_end(merge: bool, left: int, device: int) -> None:
     drawing = build([([rectangle(x, 4, x + 10, 20)], (0.2, 0.3, 0.4, 1)) for x in (2, 12)], (24, 24))

@@ -178,6 +178,11 @@ def test_refusals(device: int) -> None:
     for add_paths in (-1, True, 1.5):
         with pytest.raises(ValueError, match="add_paths: got"):
             vectorize_sequence([frame(0, device)], add_paths=add_paths, device=device)
+    with pytest.raises(ValueError, match="seed: got -1"):
+        vectorize_sequence([frame(0, device)], seed=-1, device=device)
+    released = Options.released(iterations=1)
+    with pytest.raises(ValueError, match="variant 'released' trains the newest paths only"):
+        vectorize_sequence([frame(0, device)] * 2, paths=1, options=released, device=device)
 
 
 def test_large_pictures_are_worked_on_smaller() -> None:
