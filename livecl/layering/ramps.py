@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.fills import KINDS, LINEAR, RADIAL, SOLID, Fills, place_of, stop_colors_at
-from livecl.layering.stops import STOP_NUMBERS, Pixels, even_hats, fit_ramp, fit_stops
+from livecl.layering.stops import STOP_NUMBERS, Pixels, Ramps, fit_ramp
 
 FloatArray = NDArray[np.float64]
 
@@ -179,12 +179,13 @@ def _linear(pixels: Pixels, price: float) -> list[Paint]:
 
     few = pixels.thinned(SEARCH_PIXELS)
 
+    ramps = Ramps(few)
+
     def errors(angles: FloatArray) -> FloatArray:
-        t = np.stack([np.cos(angles[:, 0]), np.sin(angles[:, 0])], axis=1) @ (few.points - center).T
-        return fit_stops(even_hats(t), few.weights, few.colors)[0]
+        return ramps.errors(np.stack([np.cos(angles[:, 0]), np.sin(angles[:, 0])], axis=1) @ (few.points - center).T)
 
     start = np.array([np.arctan2(direction[1], direction[0])])
-    angle = _pattern_search(errors, start, np.array([0.2]), 0.01)[0]
+    angle = float(_pattern_searches(errors, start[None], np.array([0.2]), 0.01)[0, 0])
     direction = np.array([np.cos(angle), np.sin(angle)])
     t = offset @ direction
     if not t.max() > t.min():
@@ -198,26 +199,25 @@ def _radial(pixels: Pixels, price: float) -> list[Paint]:
     low, high = pixels.points.min(axis=0), pixels.points.max(axis=0)
     span, few = np.maximum(high - low, 1.0), pixels.thinned(SEARCH_PIXELS)
     grid = np.stack(np.meshgrid(*[np.linspace(-REACH, REACH, 2 * CENTERS - 1)] * 2), axis=-1).reshape(-1, 2) / 2
-    centers = (low + high) / 2 + grid * span
+    centers, ramps = (low + high) / 2 + grid * span, Ramps(few)
 
     def errors(shapes: FloatArray) -> FloatArray:
-        offset = (few.points - shapes[:, None, :2]) @ np.stack([_round(shape) for shape in shapes])
-        t = np.sqrt(offset[..., 0] ** 2 + offset[..., 1] ** 2)
-        return fit_stops(even_hats(t), few.weights, few.colors)[0]
+        x, y = (few.points.T[:, None] - shapes.T[:2, :, None])
+        even_x, odd, even_y = (number[:, None] for number in _round(shapes))
+        return ramps.errors(np.hypot(even_x * x + odd * y, odd * x + even_y * y))
 
     def best(shapes: FloatArray) -> FloatArray:
         return np.asarray(shapes[np.argmin(errors(shapes))])
 
     start = best(np.column_stack([centers, np.zeros_like(centers)]))
     steps = np.array([span[0] / 8, span[1] / 8, 0.0, 0.0])
-    circular = _pattern_search(errors, start, steps, SMALLEST_STEP / span.max())
+    circular = _pattern_searches(errors, start[None], steps, SMALLEST_STEP / span.max())[0]
     steps = np.array([span[0] / 16, span[1] / 16, 0.2, 0.2])
     turns = np.linspace(0, 2 * np.pi, STRETCHES, endpoint=False)
     stretches = 0.4 * np.stack([np.cos(turns), np.sin(turns)], axis=1)
     starts = [np.column_stack([np.tile(c, (STRETCHES, 1)), stretches]) for c in (circular[:2], few.points.mean(axis=0))]
     starts[0] = np.concatenate([starts[0], circular[None], *_quadric(few)])
-    found = [_pattern_search(errors, best(some), steps, 0.02) for some in starts]
-    elliptic = best(np.array(found))
+    elliptic = best(_pattern_searches(errors, np.array([best(some) for some in starts]), steps, 0.02))
     return [
         _painted(RADIAL, geometry, pixels, price)
         for shape in (circular, elliptic)
@@ -245,24 +245,22 @@ def _quadric(pixels: Pixels) -> list[FloatArray]:
     return [np.array([[*center, (root[0, 0] - root[1, 1]) / 2, root[0, 1]]])]
 
 
-def _round(shape: FloatArray) -> FloatArray:
-    """Return the symmetric matrix (2, 2) that makes a circle of the ellipse (center, stretch a, stretch b).
+def _round(shapes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the symmetric matrices that make circles of ellipses (center, stretch a, stretch b): xx, xy, yy, (G,) each.
 
-    It is the exponential of [[a, b], [b, -a]]: no angle, and nothing special about a circle.
+    Each is the exponential of [[a, b], [b, -a]]: no angle, and nothing special about a circle.
     """
-    a, b = shape[2:]
-    size = float(np.hypot(a, b))
-    if size == 0:
-        return np.eye(2)
-    limited = min(size, np.log(MOST_STRETCHED) / 2)
-    even, odd = np.cosh(limited), np.sinh(limited)
-    along, across = odd * (a / size), odd * (b / size)
-    return np.array([[even + along, across], [across, even - along]])
+    a, b = shapes.T[2:]
+    size = np.hypot(a, b)
+    limited = np.minimum(size, np.log(MOST_STRETCHED) / 2)
+    even, odd = np.cosh(limited), np.sinh(limited) / np.where(size > 0, size, 1)
+    return even + odd * a, odd * b, even - odd * a
 
 
 def _ellipse(shape: FloatArray, points: FloatArray) -> FloatArray | None:
     """Return centre and ends of the axes (3, 2) of the ellipse about all points."""
-    matrix = _round(shape)
+    xx, xy, yy = (float(number[0]) for number in _round(shape[None]))
+    matrix = np.array([[xx, xy], [xy, yy]])
     radius = float(np.linalg.norm((points - shape[:2]) @ matrix, axis=1).max())
     if radius <= 0:
         return None
@@ -271,20 +269,26 @@ def _ellipse(shape: FloatArray, points: FloatArray) -> FloatArray | None:
     return np.array([shape[:2], shape[:2] + axes[0], shape[:2] + axes[1]])
 
 
-def _pattern_search(
-    errors: Callable[[FloatArray], FloatArray], start: FloatArray, steps: FloatArray, smallest: float
+def _pattern_searches(
+    errors: Callable[[FloatArray], FloatArray], starts: FloatArray, steps: FloatArray, smallest: float
 ) -> FloatArray:
-    """Minimize by the best step along a coordinate; steps are halved where none helps, down to a share of the first."""
+    """Minimize from several starts (S, n) by the best step along a coordinate.
+
+    Steps are halved where none helps, down to a share `smallest` of the first.
+    """
     moves = np.concatenate([np.diag(steps), -np.diag(steps)])[np.tile(steps > 0, 2)]
-    best, share = start, 1.0
-    least = float(errors(start[None])[0])
+    best, least, shares = starts.copy(), errors(starts), np.ones(len(starts))
+    under_way = np.arange(len(starts))
     for _ in range(SEARCH_ROUNDS):
-        trials = best + share * moves
-        costs = errors(trials)
-        if costs.min() < (1 - LEAST_PROGRESS) * least:
-            best, least = trials[np.argmin(costs)], float(costs.min())
-            continue
-        share /= 2
-        if share < smallest:
+        trials = best[under_way, None] + shares[under_way, None, None] * moves
+        costs = errors(trials.reshape(-1, trials.shape[2])).reshape(len(under_way), -1)
+        cheapest = costs.argmin(axis=1)
+        for row, k in enumerate(under_way.tolist()):
+            if costs[row, cheapest[row]] < (1 - LEAST_PROGRESS) * least[k]:
+                best[k], least[k] = trials[row, cheapest[row]], costs[row, cheapest[row]]
+            else:
+                shares[k] /= 2
+        under_way = under_way[shares[under_way] >= smallest]
+        if not len(under_way):
             break
     return best

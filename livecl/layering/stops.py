@@ -76,11 +76,36 @@ def _hats(knots: FloatArray, places: FloatArray) -> FloatArray:
     return np.asarray(np.concatenate([ends + 1, rise], axis=2) - np.concatenate([rise, ends], axis=2))
 
 
-def even_hats(t: FloatArray) -> FloatArray:
-    """Return the shares of evenly placed stops at places t (G, m): (G, m, KNOTS)."""
+class Ramps:
+    """Ramps of evenly placed stops through the colours of some pixels, for one geometry or many.
+
+    Parameters
+    ----------
+    pixels : Pixels
+        The pixels.
+    """
+
+    def __init__(self, pixels: Pixels) -> None:
+        weights, colors = pixels.weights, pixels.colors
+        offset = colors - weights @ colors / weights.sum()
+        self._weights = weights
+        self._weighted = offset * weights[:, None]
+        self._whole = float((self._weighted * offset).sum())
+        self._least = 1e-6 * weights.sum() * np.eye(KNOTS)  # knots that no pixel is near keep to the middle
+
+    def errors(self, t: FloatArray) -> FloatArray:
+        """Return the squared error that is left with places t (G, n) of the pixels: (G,)."""
+        hats = _even_hats(t)
+        gram = (hats * self._weights) @ hats.transpose(0, 2, 1) + self._least
+        sums = hats @ self._weighted
+        return np.asarray(self._whole - (np.linalg.solve(gram, sums) * sums).sum(axis=(1, 2)))
+
+
+def _even_hats(t: FloatArray) -> FloatArray:
+    """Return the shares of evenly placed stops at places t (G, n): (G, KNOTS, n)."""
     low, high = t.min(axis=1, keepdims=True), t.max(axis=1, keepdims=True)
     at = (t - low) * ((KNOTS - 1) / np.maximum(high - low, 1e-12))
-    hats = at[..., None] - np.arange(KNOTS)
+    hats = at[:, None] - np.arange(KNOTS)[:, None]
     np.abs(hats, out=hats)
     np.subtract(1, hats, out=hats)
     return np.asarray(np.maximum(hats, 0, out=hats))
