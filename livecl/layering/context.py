@@ -6,8 +6,9 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
@@ -15,6 +16,9 @@ from livecl.image.errors import mse, visible_mse
 from livecl.layering.regions import TargetPartitions
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
+
+if TYPE_CHECKING:
+    from livecl.layering.drift import Changes
 
 
 @dataclasses.dataclass(eq=False)
@@ -42,6 +46,13 @@ class Context:
     def partitions(self) -> TargetPartitions:
         """Partitions of the target, made when they are first asked for."""
         return TargetPartitions(self.target, self.check)
+
+    @functools.cached_property
+    def changes(self) -> Changes:
+        """Changes of the target's colour from pixel to pixel, found when they are first asked for."""
+        from livecl.layering.drift import Changes  # loads SciPy
+
+        return Changes.of(np.asarray(self.target, dtype=np.float64))
 
     def mse(self, drawing: Drawing) -> float:
         """Return the mean squared error of a drawing over pixels and channels, as reported."""

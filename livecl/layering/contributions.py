@@ -36,7 +36,12 @@ def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> Shar
 
     if rasterizer is None:
         rasterizer = Rasterizer(drawing.size)
-    alphas = rasterizer.coverages(drawing)
+    return covered_alphas(drawing, rasterizer.coverages(drawing))
+
+
+def covered_alphas(drawing: Drawing, coverages: ShareArray) -> ShareArray:
+    """Return opacity times coverage of each layer alone, from coverages: (N, H, W) both."""
+    alphas = coverages.copy()
     for layer, (alpha, window) in enumerate(zip(alphas, _windows(drawing), strict=True)):
         alpha *= opacity_at_pixels(drawing, layer, window)
     return alphas

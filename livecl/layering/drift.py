@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl.layering.stack import window_of
+
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
@@ -58,13 +60,18 @@ class Changes:
 
     def drift(self, own: BoolArray) -> bool:
         """Whether colour drifts within some pixels (H, W), rather than jump from one flat colour to another."""
-        flat = np.count_nonzero(self.flat[own])
-        if flat < FLAT_SHARE * np.count_nonzero(own) or flat <= np.count_nonzero(self._sloping[own]):
+        window = window_of(own)
+        own, smooth = own[window], self.smooth[window]
+        flat = np.count_nonzero(self.flat[window][own])
+        if flat < FLAT_SHARE * np.count_nonzero(own) or flat <= np.count_nonzero(self._sloping[window][own]):
             return True
         drifts = jumps = 0.0
-        for change, first, second in ((self.right, np.s_[:, :-1], np.s_[:, 1:]), (self.down, np.s_[:-1], np.s_[1:])):
+        across, along = self.right[window[0]], self.down[:, window[1]]
+        across = across[:, window[1].start :][:, : max(own.shape[1] - 1, 0)]
+        along = along[window[0].start :][: max(len(own) - 1, 0)]
+        for change, first, second in ((across, np.s_[:, :-1], np.s_[:, 1:]), (along, np.s_[:-1], np.s_[1:])):
             both = own[first] & own[second]
-            even = self.smooth[first] & self.smooth[second]
+            even = smooth[first] & smooth[second]
             drifts += float(change[both & even].sum())
             jumps += float(change[both & ~even].sum())
         return drifts > DRIFT_SHARE * (drifts + jumps)

@@ -15,7 +15,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID, Fills, concatenate_fills
 from livecl.image.errors import visible_error
 from livecl.layering.context import Context
-from livecl.layering.contributions import layer_alphas
+from livecl.layering.contributions import covered_alphas
 from livecl.layering.ramps import COLOR_NUMBERS, GEOMETRY_NUMBERS, LAYER_NUMBERS, Paint, Shading, fit_paint
 from livecl.layering.stops import STOP_NUMBERS
 from livecl.options import AUTO_PATH_GAIN, Options
@@ -57,27 +57,29 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
         Layers that may change.
     """
     shading = shading_of(context.options)
-    if shading is None or not drawing.num_layers:
+    if shading is None or not free.any():
         return drawing
     coverages = context.rasterizer.coverages(drawing)
-    above, below = _transmittances(layer_alphas(drawing, context.rasterizer))
+    alphas = covered_alphas(drawing, coverages)
+    above = _transmittances(alphas[::-1], len(alphas) - int(np.argmax(free)))[::-1]  # from the lowest free layer on
+    above = [np.zeros(0)] * (len(alphas) - len(above)) + above
     target = np.asarray(context.target, dtype=np.float64)
-    from livecl.layering.drift import Changes  # loads SciPy
-
-    changes = Changes.of(target)
+    below = _transmittances(alphas, len(alphas)) if target.shape[2] == 4 else []
     price = shading.price_in(target[..., 0].size)
     residual = target - context.rasterizer.forward(drawing)
     found: dict[int, Paint] = {}
     for layer in range(drawing.num_layers):
+        if not free[layer]:
+            continue
         own = (coverages[layer] > OWN_SHARE) & (above[layer] > OWN_SHARE)
-        if not free[layer] or np.count_nonzero(own) < LEAST_PIXELS:
+        if np.count_nonzero(own) < LEAST_PIXELS:
             continue
         fills = drawing.fills.subset([layer])
         points = np.asarray(np.argwhere(own)[:, ::-1] + 0.5, dtype=np.float64)
         now = _colors_at(drawing, layer, points)
-        alone = residual.shape[2] == 4 and float(np.mean(1 - below[layer][own])) <= CLEAR
+        alone = bool(below) and float(np.mean(1 - below[layer][own])) <= CLEAR
         wanted, weights = _wanted(now, residual[own], alone)
-        paint = fit_paint(points, wanted, weights, price, shading.kinds if changes.drift(own) else ())
+        paint = fit_paint(points, wanted, weights, price, shading.kinds if context.changes.drift(own) else ())
         kept = float(weights @ np.square(now - wanted).sum(axis=1)) + price * _numbers(fills)
         if (paint.kind != SOLID or fills.any_gradients) and paint.error + price * paint.numbers < kept:
             found[layer] = paint
@@ -150,13 +152,9 @@ def _wanted(now: FloatArray, residual: FloatArray, alone: bool) -> tuple[FloatAr
     return np.concatenate([colors, opacity], axis=1), np.maximum(opacity[:, 0] ** 2, CLEAR**2)
 
 
-def _transmittances(alphas: NDArray[np.float32]) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return the transmittance of all layers above each, and of all below."""
-    found = []
-    for step in (-1, 1):
-        through, one = [], np.ones(alphas.shape[1:])
-        for alpha in alphas[::step]:
-            through.append(one)
-            one = one * (1 - alpha)
-        found.append(through[::step])
-    return found[0], found[1]
+def _transmittances(alphas: NDArray[np.float32], count: int) -> list[FloatArray]:
+    """Return the transmittance of all layers before each of the first `count`."""
+    through = [np.ones(alphas.shape[1:])]
+    for alpha in alphas[: count - 1]:
+        through.append(through[-1] * (1 - alpha))
+    return through
