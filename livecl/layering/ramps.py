@@ -202,7 +202,7 @@ def _radial(pixels: Pixels, price: float) -> list[Paint]:
     centers, ramps = (low + high) / 2 + grid * span, Ramps(few)
 
     def errors(shapes: FloatArray) -> FloatArray:
-        x, y = (few.points.T[:, None] - shapes.T[:2, :, None])
+        x, y = few.points.T[:, None] - shapes.T[:2, :, None]
         even_x, odd, even_y = (number[:, None] for number in _round(shapes))
         return ramps.errors(np.hypot(even_x * x + odd * y, odd * x + even_y * y))
 
