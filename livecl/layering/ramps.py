@@ -246,7 +246,7 @@ def _quadric(pixels: Pixels) -> list[FloatArray]:
 
 
 def _round(shapes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the matrices ((xx, xy), (xy, yy)), (G,) each, that make circles of ellipses (center, stretch a, stretch b).
+    """Return the matrices ((xx, xy), (xy, yy)), (G,) each, that make circles of ellipses (center, stretches a and b).
 
     Each is the exponential of [[a, b], [b, -a]]: no angle, and nothing special about a circle.
     """

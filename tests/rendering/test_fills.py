@@ -21,14 +21,18 @@ RELATIVE = 1e-6
 
 
 def _case(
-    seed: int, background: tuple[float, ...] | None, kinds: list[int], size: tuple[int, int] = (26, 21)
+    seed: int,
+    background: tuple[float, ...] | None,
+    kinds: list[int],
+    size: tuple[int, int] = (26, 21),
+    most_stops: int = 4,
 ) -> drawings.Case:
-    """Return blobs over one another with random fills of two to four stops, transparent, opaque and between."""
+    """Return blobs over one another with random fills of two stops or more, transparent, opaque and between."""
     rng = np.random.default_rng(seed)
     layers: list[shapes.Layer] = [
         ([shapes.blob(seed + k, rng.uniform(7, 15, 2), rng.uniform(4, 9))], rng.uniform(0.1, 0.9, 4)) for k in kinds
     ]
-    counts = [int(rng.integers(2, 5)) if kind != SOLID else 0 for kind in kinds]
+    counts = [int(rng.integers(2, most_stops + 1)) if kind != SOLID else 0 for kind in kinds]
     positions = [(np.arange(count) + rng.uniform(0.2, 0.8, count)) / max(count, 1) for count in counts]
     colors = rng.uniform(0, 1, (sum(counts), 4))
     colors[rng.random(len(colors)) < 0.15, 3] = 1
@@ -50,6 +54,7 @@ CASES = {
     "linear": lambda: _case(3, (0.0, 0.0, 0.0), [LINEAR]),
     "radial": lambda: _case(4, None, [RADIAL]),
     "crowd": lambda: _case(5, (1.0, 1.0, 1.0), [SOLID, LINEAR, RADIAL] * 24),
+    "many stops, few in a tile": lambda: _case(10, None, [LINEAR, RADIAL, LINEAR, RADIAL], most_stops=12),
     "crowd over nothing": lambda: _case(6, None, [LINEAR, RADIAL, RADIAL] * 13),
 }
 
@@ -198,6 +203,26 @@ def test_steps_and_ends(rasterizer_for: RasterizerFor) -> None:
     image = rasterizer_for((1, 8), np.float64).forward(drawing)[0]
     expected = [(1, 0, 0)] * 4 + [(0, 0.25, 1), (0, 0.75, 1), (0, 1, 1), (0, 1, 1)]
     np.testing.assert_allclose(image, expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("kind", ["linear", "radial"])
+def test_which_stops_a_tile_reaches_changes_nothing(rasterizer_for: RasterizerFor, kind: str) -> None:
+    """Stops on pixel centres, steps among them: as the canvas is moved under the tiles, gradients stay."""
+    positions = np.array([0, 3, 3, 7, 8, 8, 12, 16]) / 16
+    colors = np.random.default_rng(3).uniform(size=(8, 4))
+    d_image = np.random.default_rng(4).normal(size=(9, 18, 3))
+    found = []
+    for left in range(9):
+        corner = np.array([left + 0.5, 4.5])
+        ends = corner + ([(16, 0)] if kind == "linear" else [(16, 0), (0, 16)])
+        fills = getattr(Fills, kind)(corner, *ends, colors, positions)
+        drawing = drawings.build([([shapes.rectangle(left, 0, left + 18, 9)], shapes.WHITE)], (9, 27))
+        rasterizer = rasterizer_for((9, 27), np.float64)
+        rasterizer.forward(drawing.replace(fills=fills))
+        found.append(rasterizer.backward(np.pad(d_image, ((0, 0), (left, 9 - left), (0, 0)))).fills)
+    for gradients in found[1:]:
+        for part, values in vars(found[0]).items():
+            np.testing.assert_allclose(getattr(gradients, part), values, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
