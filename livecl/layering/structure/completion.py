@@ -83,13 +83,13 @@ def filled_out(contour: Contour, below: BoolArray, room: BoolArray, outlines: Ou
         if (
             hull is not None
             and _whole_price(hull, contour, prices) < price - prices.saving
-            and outlines.share_in(_between(contour, hull), room) >= COVERED
+            and outlines.share_in(_points_between(contour, hull), room) >= COVERED
         ):
             return hull
     return whole
 
 
-def _between(inner: Contour, outer: Contour) -> FloatArray:
+def _points_between(inner: Contour, outer: Contour) -> FloatArray:
     """Return the centres (n, 2) of pixels within one contour, and not within another."""
     from skimage.measure import points_in_poly
 

@@ -214,7 +214,7 @@ class Outlines:
             arms = (
                 _direction(junction, contour.points[backward[contour.across[backward] == before]]),
                 _direction(junction, contour.points[forward[contour.across[forward] == after]]),
-                _direction(junction, _between(junction, before, after, single)),
+                _direction(junction, _border_near(junction, before, after, single)),
             )
             if any(arm is None for arm in arms):
                 continue
@@ -226,7 +226,7 @@ class Outlines:
         return dataclasses.replace(contour, straight=straight)
 
 
-def _between(junction: FloatArray, a: int, b: int, single: list[list[Contour]]) -> FloatArray:
+def _border_near(junction: FloatArray, a: int, b: int, single: list[list[Contour]]) -> FloatArray:
     """Return the points near a junction of the border of two regions."""
     for region, across in ((a, b), (b, a)):
         if region < 0:
