@@ -69,8 +69,16 @@ def test_a_mask_without_a_clear_pixel_has_the_mean_colour_of_its_pixels() -> Non
     np.testing.assert_allclose(found.colors, [(1, 1 / 3, 1 / 3, 1)], atol=1e-5)
 
 
-def test_masks_of_no_more_than_a_pixel_have_no_layers() -> None:
-    masks = np.zeros((1, 20, 40), np.float32)
-    masks[0, 5, 7] = 1
+@pytest.mark.parametrize(("radius", "layers"), [(0.5, 0), (0.95, 0), (1.2, 1)])
+def test_masks_of_less_than_three_square_pixels_have_no_layers(radius: float, layers: int) -> None:
+    masks = masks_of(drawings.build([([shapes.circle((7.5, 5.5), radius)], RED)], (20, 40)))
     found = masked_layers(np.ones((20, 40, 3)), masks, ("speck",), np.ones(3))
-    assert found.num_layers == 0 and found.size == (20, 40)
+    assert found.num_layers == layers and found.size == (20, 40)
+
+
+def test_clear_pixels_say_nothing_of_a_mask_s_colour() -> None:
+    masks = masks_of(drawings.build([([drawings.rectangle(4, 4, 30, 16)], RED)], (20, 40)))
+    image = np.zeros((20, 40, 4))
+    image[4:16, 4:14] = RED  # the rest of the mask, more than half of it, is clear and black
+    found = masked_layers(image, masks, ("bar",), None)
+    np.testing.assert_allclose(found.colors, [RED], atol=1e-6)
