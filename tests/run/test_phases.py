@@ -190,6 +190,21 @@ def test_nothing_is_placed_for_what_gradients_show_already(device: int) -> None:
     assert place(run, 2, 0) == 2
 
 
+@pytest.mark.parametrize(("background", "at_once"), [((1, 1, 1), True), (None, False)])
+def test_new_layers_get_their_gradients_at_once_over_a_background(
+    background: tuple[float, ...] | None, at_once: bool, device: int
+) -> None:
+    """Over nothing they wait for the first revision: paint adds alpha and cannot take it away."""
+    ramp = Fills.linear((2, 0), (22, 0), [(0.8, 0.2, 0.1, 1), (0.6, 0.2, 0.4, 1)])
+    drawing = build([([rectangle(2, 4, 22, 20)], (0.7, 0.2, 0.25, 1))], (24, 24)).replace(fills=ramp)
+    image = livecl.render(drawing.replace(background=background), device, straight=True)
+    run = new_run(Options(placement="region", fills="auto", iterations=1, revisions=1), (1,), device, image)
+    assert end_of_phase(run)
+    assert run.state.drawing.fills.any_gradients is at_once
+    run.begin()
+    assert run.revising and run.state.drawing.fills.any_gradients
+
+
 class Watcher:
     """Notes what it is told."""
 
