@@ -18,7 +18,7 @@ from livecl.cli.progress import RunProgress
 from livecl.cli.request import Job, beginning, going_on
 from livecl.errors import LiveclError
 from livecl.files import remove_leftovers, write_atomically
-from livecl.image.resizing import DETAIL_IS_LOST, detail_lost, working_size
+from livecl.image.resizing import DETAIL_IS_LOST, detail_lost, working_size, working_size_of
 from livecl.run.checkpoint import discard_checkpoint
 from livecl.run.result import Result, RunError
 
@@ -69,13 +69,14 @@ def run_job(job: Job, interrupts: Interrupts) -> int:
 def _announce(job: Job) -> None:
     """Warn about reduced size and restarts."""
     height, width = job.image.shape[:2]
-    smaller = working_size((height, width), job.recipe.size)
+    smaller = working_size_of(job.image, job.recipe.size)
     if smaller != (height, width):
         say(
             f"{job.name}: {width}x{height} px, worked on at {smaller[1]}x{smaller[0]} px "
             f"(--size full works on all pixels)"
         )
-        if detail_lost(job.image, smaller) > DETAIL_IS_LOST:
+        usual = working_size((height, width), job.recipe.size)
+        if smaller == usual and detail_lost(job.image, smaller) > DETAIL_IS_LOST:  # the cells of pixel art are all kept
             say(f"{job.name}: fine detail, as small print, is lost at that size; a larger --size keeps it")
     if line := beginning(job.control):
         say(line)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outlines for new layers: a circle, a random outline, the way round."""
+"""Outlines for new layers: a circle, a polygon, a random outline, the way round."""
 
 from __future__ import annotations
 
@@ -18,6 +18,13 @@ def circle(center: ArrayLike, radius: float, segments: int) -> FloatArray:
     angles = 2 * np.pi * np.arange(3 * segments) / (3 * segments)
     points = np.asarray(center) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     return points.reshape(segments, 3, 2)
+
+
+def polygon_path(corners: ArrayLike) -> FloatArray:
+    """Return the closed path (s, 3, 2) of straight sides between corners (s, 2), px."""
+    corners = np.asarray(corners, dtype=np.float64)
+    sides = np.roll(corners, -1, axis=0) - corners
+    return np.stack([corners, corners + sides / 3, corners + 2 * sides / 3], axis=1)
 
 
 def random_outline(center: ArrayLike, segments: int, size: tuple[int, int], rng: np.random.Generator) -> FloatArray:

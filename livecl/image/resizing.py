@@ -50,6 +50,30 @@ def working_size(size: tuple[int, int], side: int) -> tuple[int, int]:
     return max(1, round(height * scale)), max(1, round(width * scale))
 
 
+def working_size_of(image: NDArray[np.floating], side: int) -> tuple[int, int]:
+    """Return the height and width, px, that a picture (H, W, C) is worked on at: pixel art at whole pixels a cell.
+
+    Other pictures at :func:`working_size`.
+    """
+    height, width = size = (image.shape[0], image.shape[1])
+    smaller = working_size(size, side)
+    if smaller == size:
+        return size
+    cell = cell_side(image)
+    pixels = int(cell * math.sqrt(smaller[0] * smaller[1] / (height * width)))
+    return (height // cell * pixels, width // cell * pixels) if pixels else smaller
+
+
+def cell_side(image: NDArray[np.floating]) -> int:
+    """Return the side, px, of the largest squares of one colour that make up a picture (H, W, C), as in pixel art."""
+    side = math.gcd(image.shape[0], image.shape[1])
+    for axis in (0, 1):
+        if side > 1:
+            changes = (np.diff(image, axis=axis) != 0).any(axis=(1 - axis, 2))
+            side = math.gcd(side, *(np.flatnonzero(changes) + 1).tolist())
+    return side
+
+
 def reduced(image: ArrayLike, size: tuple[int, int]) -> NDArray[np.float32]:
     """Return an image reduced by area averaging, as coverage is averaged over pixels.
 

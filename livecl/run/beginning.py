@@ -105,10 +105,14 @@ def placed_by(
         return options
     if options.shape == "outline" and options.background != TRAIN and options.new_color == "target":
         from livecl.layering.fills import shading_of
-        from livecl.layering.structure import structured  # loads SciPy
+        from livecl.layering.structure import structure_kind  # loads SciPy
 
-        if structured(target_over(image, drawing.background), drawing.background, count, shading_of(options), check):
+        target, ground = target_over(image, drawing.background), drawing.background
+        kind = structure_kind(target, ground, count, shading_of(options), check)
+        if kind is not None:
             opacity: Literal["opaque", "train"] = "train" if options.opacity == "train" else "opaque"
+            if kind == "cells":  # nothing is left to train, nor to simplify
+                options = dataclasses.replace(options, iterations=1, simplify=False, primitives=False)
             return dataclasses.replace(
                 options,
                 revisions=0,

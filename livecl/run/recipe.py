@@ -14,7 +14,7 @@ from livecl.drawing.checks import check_number, check_whole, python_number
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
 from livecl.editing.cutout import check_cutout
 from livecl.errors import check_type
-from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
+from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size, working_size_of
 from livecl.options import WANTED_OPTIONS, Options
 from livecl.run.hints import with_hints
 from livecl.schedule import MAX_AUTO_PATHS, growing_schedule, parse_schedule
@@ -212,7 +212,7 @@ class Recipe:
 
         pixels = as_image(image)
         size = (pixels.shape[0], pixels.shape[1])
-        smaller = working_size(size, self.size)
+        smaller = working_size_of(pixels, self.size)
         target, start = reduced(pixels, smaller), self.start_on(size)
         ground = background_for(self.options.background, target, None if start is None else start.background)
         preparation = Preparation(target, self.options, ground, device)  # beside imports and the search for structure

@@ -85,11 +85,11 @@ def test_large_pictures_are_worked_on_small(folder: Path, capsys: pytest.Capture
     arguments = ["large.png", "-o", "out.svg", "--json", "out.json", *SHORT]
     assert cli.main([*arguments, "--size", "30"]) == 0
     first, last = capsys.readouterr().err.splitlines()
-    assert first == "large.png: 90x60 px, worked on at 37x24 px (--size full works on all pixels)"
-    assert re.fullmatch(r"out\.svg: \d paths, MSE \S+ at 37x24 px, \S+ s", last)
+    assert first == "large.png: 90x60 px, worked on at 36x24 px (--size full works on all pixels)"
+    assert re.fullmatch(r"out\.svg: \d paths, MSE \S+ at 36x24 px, \S+ s", last)
     assert livecl.read_svg("out.svg").size == (60, 90)
     report = json.loads(Path("out.json").read_text(encoding="utf-8"))
-    assert [report[name] for name in ("width", "height", "working_width", "working_height")] == [90, 60, 37, 24]
+    assert [report[name] for name in ("width", "height", "working_width", "working_height")] == [90, 60, 36, 24]
     # The square is where it is in the picture: anywhere else, the error would be above that of a blank canvas.
     assert np.mean((livecl.render(livecl.read_svg("out.svg")) - image) ** 2) < np.mean((1 - image) ** 2) / 4
     for size in ("full", "0", "90"):

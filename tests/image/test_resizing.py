@@ -11,7 +11,15 @@ import livecl
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import MAX_COORDINATE
 from livecl.image.reading import premultiplied
-from livecl.image.resizing import DETAIL_IS_LOST, detail_lost, reduced, scaled, working_size
+from livecl.image.resizing import (
+    DETAIL_IS_LOST,
+    cell_side,
+    detail_lost,
+    reduced,
+    scaled,
+    working_size,
+    working_size_of,
+)
 
 RNG = np.random.default_rng(3)
 
@@ -32,6 +40,18 @@ RNG = np.random.default_rng(3)
 )
 def test_working_size(size: tuple[int, int], side: int, expected: tuple[int, int]) -> None:
     assert working_size(size, side) == expected
+
+
+def test_cells_of_pixel_art_stay_whole() -> None:
+    cells = RNG.integers(0, 2, (30, 30, 1)).repeat(3, axis=2).astype(np.float32)
+    enlarged = cells.repeat(20, axis=0).repeat(20, axis=1)
+    assert cell_side(enlarged) == 20
+    assert working_size_of(enlarged, 512) == (510, 510)  # 17 px a cell
+    assert working_size_of(enlarged, 600) == (600, 600)
+    np.testing.assert_allclose(reduced(enlarged, (510, 510)), cells.repeat(17, axis=0).repeat(17, axis=1), atol=1e-6)
+    assert working_size_of(enlarged, 20) == working_size((600, 600), 20)  # less than a pixel a cell
+    other = RNG.uniform(size=(600, 700, 3))
+    assert cell_side(other) == 1 and working_size_of(other, 512) == working_size((600, 700), 512)
 
 
 @pytest.mark.parametrize("side", [-1, 1.5, True, "512"])

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Structure of pictures of flat or shaded regions: which shapes there are, their depth, and their whole outlines."""
 
-from livecl.layering.structure.placing import place_structure, structured
+from livecl.layering.structure.placing import place_structure, structure_kind
 
-__all__ = ["place_structure", "structured"]
+__all__ = ["place_structure", "structure_kind"]

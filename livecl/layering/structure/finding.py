@@ -17,6 +17,7 @@ from livecl.layering.ramps import Shading
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.flat import SAME_COLOR, FlatRegions, flat_regions, flatness
 from livecl.layering.structure.layers import Layer, find_layers
+from livecl.layering.structure.mosaic import MOST_PARTS, Mosaic, mosaic_of
 from livecl.layering.structure.noise import noise_level
 from livecl.layering.structure.parts import with_parts
 from livecl.layering.structure.smooth import SmoothRegions, smooth_regions, smoothness
@@ -111,6 +112,11 @@ class Structure:
         return any(self.fills_of(k).any_gradients for k in self.ranked)
 
     @property
+    def exact(self) -> bool:
+        """Whether the outlines are those of pixel art, which stay as they are."""
+        return any(layer.exact for layer in self.layers)
+
+    @property
     def mistaken(self) -> float:
         """Share of the pixels within regions at which the layers, painted over each other, show something else."""
         regions = self.regions
@@ -193,7 +199,8 @@ class Structure:
         layers, masks = list(self.layers), self.masks.copy()
         one, other = layers[lower], layers[upper]
         larger = one if self.masks[lower].sum() >= self.masks[upper].sum() else other
-        layers[place] = Layer([*one.outlines, *other.outlines], larger.color, one.shown | other.shown)
+        outlines = [*one.outlines, *other.outlines]
+        layers[place] = Layer(outlines, larger.color, one.shown | other.shown, exact=one.exact)
         masks[place] = masks[lower] | masks[upper]
         gone = lower + upper - place
         del layers[gone]
@@ -251,6 +258,26 @@ class _Check:
 def _explaining(
     data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], most: int, shading: Shading | None, check: _Check
 ) -> Structure | None:
+    pixels = np.frombuffer(data, np.float32).reshape(shape)
+    mosaic = mosaic_of(pixels)
+    if mosaic is not None and mosaic.enlarged and mosaic.num_parts > MOST_PARTS:
+        return _judged_mosaic(mosaic, np.array(ground), most)
+    found = _explained_by_regions(data, shape, ground, most, shading, check)
+    if found is None and mosaic is not None and (mosaic.enlarged or mosaic.repeats):
+        return _judged_mosaic(mosaic, np.array(ground), most)
+    return found
+
+
+def _judged_mosaic(mosaic: Mosaic, ground: FloatArray, most: int) -> Structure | None:
+    """Return the layers of pixel art, where as many as are wanted show the picture; else None."""
+    found = mosaic.layers(ground, most)
+    return None if found is None else _judged(Structure.of(found[0], found[1], ground, found[2]), most)
+
+
+def _explained_by_regions(
+    data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], most: int, shading: Shading | None, check: _Check
+) -> Structure | None:
+    """Return the structure of flat or smoothly shaded regions that explains a picture, if one does."""
     pixels = np.frombuffer(data, np.float32).reshape(shape)
     if noise_level(pixels.astype(np.float64)):
         flat = _regions(data, shape)

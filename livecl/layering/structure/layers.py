@@ -39,11 +39,14 @@ class Layer:
         As in the picture: that of most of its pixels.
     shown : frozenset of int
         Regions that show it.
+    exact : bool
+        Whether the points of the outlines are the corners of straight sides, not points along curves.
     """
 
     outlines: list[FloatArray]
     color: FloatArray
     shown: frozenset[int] = frozenset()
+    exact: bool = dataclasses.field(default=False, kw_only=True)
 
 
 @dataclasses.dataclass(eq=False)

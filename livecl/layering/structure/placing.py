@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.geometry.bezier import bernstein
 from livecl.geometry.corners import noise_of
+from livecl.geometry.outlines import polygon_path
 from livecl.geometry.tracing import trace
 from livecl.layering.ramps import Shading
 from livecl.layering.structure.finding import Structure, found_structure, structure_of
@@ -52,6 +53,8 @@ class NextLayers:
         Number of each layer of the drawing in the whole structure, in paint order.
     top : (H, W) int
         Layer that shows at each pixel in the whole structure, 1 for the lowest; 0 where the ground does.
+    exact : bool
+        Whether the outlines are the picture's own, as of pixel art.
     """
 
     outlines: list[list[FloatArray]]
@@ -61,9 +64,12 @@ class NextLayers:
     weight: NDArray[np.float32]
     numbers: NDArray[np.intp]
     top: NDArray[np.int64]
+    exact: bool = False
 
     def hidden_points(self, drawing: Drawing) -> NDArray[np.bool_]:
-        """Return the control points (M, 3) of a drawing of these layers that no pixel decides on."""
+        """Return the control points (M, 3) of a drawing of these layers that stay: no pixel decides on them."""
+        if self.exact:
+            return np.ones((drawing.num_segments, 3), bool)
         return hidden_points(drawing, self.numbers, self.top)
 
 
@@ -92,15 +98,21 @@ def hidden_points(drawing: Drawing, numbers: NDArray[np.intp], top: NDArray[np.i
     return ~points
 
 
-def structured(
+def structure_kind(
     target: NDArray[Any],
     background: NDArray[Any] | None,
     count: int,
     shading: Shading | None,
     check: Callable[[], None] = lambda: None,
-) -> bool:
-    """Whether regions of one fill each explain a picture (H, W, C), and `count` layers show about all of them."""
-    return found_structure(target, background, count, shading, check) is not None
+) -> Literal["shapes", "cells"] | None:
+    """Return whether shapes of one fill each explain a picture (H, W, C), or cells of pixel art; None if neither.
+
+    `count` layers show about all of them.
+    """
+    found = found_structure(target, background, count, shading, check)
+    if found is None:
+        return None
+    return "cells" if found.exact else "shapes"
 
 
 def place_structure(
@@ -143,7 +155,7 @@ def place_structure(
     colors = np.array([found.layers[k].color for k in new])
     numbers = np.sort(found.ranked[:last])
     fills = concatenate_fills([found.fills_of(k) for k in new])
-    return NextLayers(outlines, colors, fills, order, (~missing).astype(np.float32), numbers, found.top)
+    return NextLayers(outlines, colors, fills, order, (~missing).astype(np.float32), numbers, found.top, found.exact)
 
 
 def outline_noise(found: Structure) -> tuple[float, float]:
@@ -152,7 +164,7 @@ def outline_noise(found: Structure) -> tuple[float, float]:
     The second is that of a noisy picture, at the waves at which it is largest; and not less than the coverages of
     borders tell, which err by the picture's noise over the contrast of the two sides.
     """
-    polylines = [points for layer in found.layers for points in layer.outlines]
+    polylines = [points for layer in found.layers if not layer.exact for points in layer.outlines]
     noise, waves = noise_of(polylines), 0.0
     if found.regions.noise:
         waves = max(*(noise_of(polylines, width) for width in WIDTHS), found.regions.border_noise)
@@ -161,4 +173,6 @@ def outline_noise(found: Structure) -> tuple[float, float]:
 
 def fitted_layer(layer: Layer, noise: float, waves: float = 0.0) -> list[FloatArray]:
     """Return the outlines of a layer as closed cubic paths (s, 3, 2); its noise is that of its points, px."""
+    if layer.exact:
+        return [polygon_path(points) for points in layer.outlines]
     return [trace(points, noise, waves=waves) for points in layer.outlines]

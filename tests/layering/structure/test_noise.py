@@ -88,7 +88,7 @@ def test_noise_buys_no_layers(spoil: Callable[[FloatArray], FloatArray]) -> None
     assert len(layers) == len(clean)
     one_color = RADIUS + RADIUS_OF_NOISE * regions.noise
     assert all(min(np.abs(layer.color - other.color).max() for other in clean) <= one_color for layer in layers)
-    assert placing.structured(image.astype(np.float32), WHITE, 4, None)
+    assert placing.structure_kind(image.astype(np.float32), WHITE, 4, None)
 
 
 @pytest.mark.parametrize("spoil", [noisy, jpeg])
@@ -116,7 +116,7 @@ def test_borders_err_by_the_noise_over_their_contrast() -> None:
 
 @pytest.mark.parametrize("spoil", [noisy, jpeg])
 def test_slopes_are_no_noise(spoil: Callable[[FloatArray], FloatArray]) -> None:
-    assert not placing.structured(spoil(ramp()).astype(np.float32), WHITE, 99, None)
+    assert not placing.structure_kind(spoil(ramp()).astype(np.float32), WHITE, 99, None)
 
 
 def test_a_faint_strip_along_an_edge_is_ringing_only_in_a_noisy_picture() -> None:
