@@ -18,6 +18,7 @@ from livecl.drawing.checks import check_number
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.strokes import Strokes
 from livecl.geometry import bezier
+from livecl.geometry.polylines import lengths_along
 
 FloatArray = NDArray[np.float64]
 
@@ -200,7 +201,7 @@ def _one_cubic(first: FloatArray, second: FloatArray) -> FloatArray | None:
         return None
     t = np.linspace(0, 1, SAMPLES)
     points = np.concatenate([bezier.evaluate(first, t), bezier.evaluate(second, t[1:])])
-    along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    along = lengths_along(points)
     start, end = first[1] - first[0], second[3] - second[2]
     start, end = start / max(float(np.hypot(*start)), 1e-9), end / max(float(np.hypot(*end)), 1e-9)
     weights = bezier.bernstein(along / along[-1])

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.geometry import bezier
+from livecl.geometry.polylines import lengths_along, points_at
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -81,13 +82,12 @@ def trace(cubics: FloatArray) -> Trace | None:
     polygon = bezier.flatten(cubics, 0.002)
     corners, counts = polygon.corners, polygon.counts
     closed = np.concatenate([corners, corners[:1]])
-    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    lengths = lengths_along(closed)
     total = float(lengths[-1])
     if total < 4 * STEP:
         return None
     count = int(np.clip(round(total / STEP), LEAST, MOST))
-    at = np.arange(count) * (total / count)
-    points = np.stack([np.interp(at, lengths, closed[:, axis]) for axis in (0, 1)], axis=1)
+    points = points_at(np.arange(count, dtype=np.float64) * (total / count), closed, lengths)
     anchors = lengths[np.concatenate([[0], np.cumsum(counts)[:-1]])]
     step = total / count
     sharp = np.abs(turning(points, 1))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.geometry.bezier import bernstein
+from livecl.geometry.polylines import evenly
 
 FloatArray = NDArray[np.float64]
 
@@ -39,18 +40,10 @@ def fit_outlines(polyline: FloatArray, most: int) -> list[FloatArray]:
     """
     length = float(np.hypot(*(np.roll(polyline, -1, axis=0) - polyline).T).sum())
     places = max(most, int(np.clip(np.ceil(length / SPACING), LEAST_PLACES, PLACES)))
-    points = _evenly(polyline, places * FINE)
+    points = evenly(polyline, places * FINE)
     errors, handles = _segment_fits(points, places)
     first = _corner(errors)
     return [_path(points, handles, anchors) for anchors in _best_places(errors, first, most)]
-
-
-def _evenly(polyline: FloatArray, count: int) -> FloatArray:
-    """Return points at equal steps of length along a closed polyline: (count, 2)."""
-    closed = np.concatenate([polyline, polyline[:1]])
-    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    samples = np.linspace(0, lengths[-1], count, endpoint=False)
-    return np.stack([np.interp(samples, lengths, closed[:, axis]) for axis in (0, 1)], axis=1)
 
 
 def _segment_fits(points: FloatArray, places: int) -> tuple[FloatArray, FloatArray]:

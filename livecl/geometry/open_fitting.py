@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.geometry.bezier import bernstein
+from livecl.geometry.polylines import lengths_along
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +44,7 @@ def fit_line(points: FloatArray, tolerance: float, reach: float, closed: bool = 
     """
     if closed:
         points = np.concatenate([points, points[:1]])
-    places = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    places = lengths_along(points)
     corners = _corners(points, places, reach)
     sharp = [_crossing(points, places, at, reach) for at in corners]
     ends = [0, *corners, len(points) - 1]
@@ -102,7 +103,7 @@ def _crossing(points: FloatArray, places: FloatArray, at: int, reach: float) -> 
 
 def _smooth_rows(points: FloatArray, tolerance: float) -> list[FloatArray]:
     """Return the rows of the fewest segments from the first point to the last."""
-    places = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    places = lengths_along(points)
     count = int(np.clip((places[-1] - places[0]) / 4, 1, MAX_PLACES))
     stops = np.unique(np.searchsorted(places, np.linspace(places[0], places[-1], count + 1)).clip(0, len(points) - 1))
     best: list[tuple[float, float, int, FloatArray]] = [(0, 0.0, -1, np.zeros((3, 2)))]

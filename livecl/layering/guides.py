@@ -11,6 +11,7 @@ from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import cross
 from livecl.geometry.corners import noise_of
+from livecl.geometry.polylines import evenly
 from livecl.geometry.tracing import trace
 
 FloatArray = NDArray[np.float64]
@@ -119,18 +120,10 @@ def mask_outline(mask: NDArray[np.floating]) -> list[FloatArray]:
         points = contour[:-1, ::-1] - 0.5  # pixel centres, and a pixel of padding
         area = float(cross(points, np.roll(points, -1, axis=0)).sum()) / 2
         if len(points) >= 4 and abs(area) >= LEAST_AREA:
-            found.append((abs(area), _even(points)))
+            found.append((abs(area), evenly(points)))
     found.sort(key=lambda item: -item[0])
     noise = noise_of([points for _, points in found])
     return [trace(points, noise) for _, points in found]
-
-
-def _even(points: FloatArray) -> FloatArray:
-    """Return a closed polyline with points at steps of about a pixel."""
-    closed = np.concatenate([points, points[:1]])
-    along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    at = np.linspace(0, along[-1], max(8, round(along[-1])), endpoint=False)
-    return np.column_stack([np.interp(at, along, closed[:, axis]) for axis in (0, 1)])
 
 
 def _color(image: NDArray[np.floating], seen: FloatArray, mask: NDArray[np.floating]) -> FloatArray:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.editing.shapes import shape_within
 from livecl.geometry.bezier import flatten
+from livecl.geometry.polylines import lengths_along, points_at
 from livecl.image.resizing import scaled
 from livecl.quality.things import FOUND, INSIDE, MISSED, Things, match_things, things_of_drawing
 from livecl.rendering.rasterizer import Rasterizer
@@ -173,9 +174,8 @@ def _places(cubics: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return points at steps of STEP px along a closed subpath, and its polyline: (n, 2), (p, 2)."""
     corners = flatten(cubics, 0.002).corners
     closed = np.concatenate([corners, corners[:1]])
-    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    at = np.arange(0, lengths[-1], STEP)
-    return np.stack([np.interp(at, lengths, closed[:, axis]) for axis in (0, 1)], axis=1), closed
+    lengths = lengths_along(closed)
+    return points_at(np.arange(0, lengths[-1], STEP), closed, lengths), closed
 
 
 class _Outline:

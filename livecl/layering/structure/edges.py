@@ -6,6 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.geometry.polylines import evenly
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -29,7 +31,7 @@ def edge_polylines(soft: FloatArray, cover: FloatArray) -> list[FloatArray]:
 
     cover = np.pad(cover, EDGE_REACH)
     crossings = find_contours(np.pad(soft, EDGE_REACH), 0.5)
-    return [_resampled(_on_edges(c[:-1], cover)[:, ::-1] + 0.5 - EDGE_REACH) for c in crossings]
+    return [evenly(_on_edges(c[:-1], cover)[:, ::-1] + 0.5 - EDGE_REACH) for c in crossings]
 
 
 def _on_edges(crossings: FloatArray, cover: FloatArray) -> FloatArray:
@@ -79,11 +81,3 @@ def _slopes(cover: FloatArray, first: IntArray, second: IntArray) -> FloatArray:
             total[:, 0] += (2 - abs(d)) * (cover[y + 1, x + d] - cover[y - 1, x + d])
             total[:, 1] += (2 - abs(d)) * (cover[y + d, x + 1] - cover[y + d, x - 1])
     return np.abs(total)
-
-
-def _resampled(points: FloatArray) -> FloatArray:
-    """Return points at even steps of about 1 px along a closed polyline, eight at least."""
-    closed = np.concatenate([points, points[:1]])
-    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    samples = np.linspace(0, lengths[-1], max(8, round(lengths[-1])), endpoint=False)
-    return np.stack([np.interp(samples, lengths, closed[:, axis]) for axis in (0, 1)], axis=1)

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Polylines: lengths along them, and points at equal steps of length."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def lengths_along(points: FloatArray) -> FloatArray:
+    """Return the length, px, of a polyline (n, 2) up to each of its points, from 0 on: (n,)."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+
+
+def points_at(places: FloatArray, points: FloatArray, lengths: FloatArray) -> FloatArray:
+    """Return the points (k, 2) at places (k,), px, along a polyline (n, 2) of known :func:`lengths_along`."""
+    return np.stack([np.interp(places, lengths, points[:, axis]) for axis in (0, 1)], axis=1)
+
+
+def evenly(outline: FloatArray, count: int | None = None) -> FloatArray:
+    """Return points at equal steps along a closed polyline (n, 2): `count`, or, at steps of about 1 px, 8 or more."""
+    closed = np.concatenate([outline, outline[:1]])
+    lengths = lengths_along(closed)
+    count = max(8, round(lengths[-1])) if count is None else count
+    return points_at(np.linspace(0, lengths[-1], count, endpoint=False), closed, lengths)
