@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.editing.trace import SURE, Trace, unit
+from livecl.editing.trace import SURE, Trace
 from livecl.geometry.least_path import SHARES, SegmentPrices, Segments, Tangents, cheapest_way, fit_curves
+from livecl.geometry.polylines import unit
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

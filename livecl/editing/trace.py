@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.geometry import bezier
-from livecl.geometry.polylines import lengths_along, points_at
+from livecl.geometry.polylines import lengths_along, points_at, unit
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -69,12 +69,6 @@ class Trace:
         near, far = round(0.75 / self.step), max(round(0.75 / self.step) + 2, round(2.5 / self.step))
         beside = self.points[(sample + direction * np.arange(near, far + 1)) % len(self.points)]
         return beside.mean(axis=0), direction * unit(beside[-1] - beside[0])
-
-
-def unit(vectors: FloatArray) -> FloatArray:
-    """Return vectors (..., 2) at length 1, zeros as they are."""
-    lengths = np.hypot(vectors[..., 0], vectors[..., 1])[..., None]
-    return np.asarray(vectors / np.where(lengths > 0, lengths, 1))
 
 
 def trace(cubics: FloatArray) -> Trace | None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Polylines: lengths along them, and points at equal steps of length."""
+"""Polylines: lengths along them, points at equal steps of length, directions."""
 
 from __future__ import annotations
 
@@ -25,3 +25,9 @@ def evenly(outline: FloatArray, count: int | None = None) -> FloatArray:
     lengths = lengths_along(closed)
     count = max(8, round(lengths[-1])) if count is None else count
     return points_at(np.linspace(0, lengths[-1], count, endpoint=False), closed, lengths)
+
+
+def unit(vectors: FloatArray) -> FloatArray:
+    """Return vectors (..., 2) at length 1, zeros as they are."""
+    lengths = np.hypot(vectors[..., 0], vectors[..., 1])[..., None]
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1))

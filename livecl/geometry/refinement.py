@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.geometry.bezier import bernstein
+from livecl.geometry.polylines import unit
 from livecl.geometry.simplest import Course, Draft
 
 FloatArray = NDArray[np.float64]
@@ -161,13 +162,13 @@ class _Chain:
         before = np.roll(straight, 1)
         out, back = cubics[:, 1] - cubics[:, 0], np.roll(cubics[:, 3] - cubics[:, 2], 1, axis=0)
         long_out, long_back = np.hypot(*out.T), np.hypot(*back.T)
-        unit_out, unit_back = _units(out), _units(back)
+        unit_out, unit_back = unit(out), unit(back)
         short = reach < SHORT
         tied_to_short = (straight & short) | (before & np.roll(short, 1))
         smooth = ~draft.corners & ~(straight & before) & ~tied_to_short & ((unit_out * unit_back).sum(axis=1) > SMOOTH)
         weight_out = np.where(straight, 1e3, long_out)[:, None]
         weight_back = np.where(before, 1e3, long_back)[:, None]
-        ways = _units(weight_out * unit_out + weight_back * unit_back)
+        ways = unit(weight_out * unit_out + weight_back * unit_back)
         chain = cls(cubics[:, 0].copy(), straight, smooth, ways, long_out, long_back, out, back, reach)
         chain._bound()
         return chain
@@ -178,7 +179,7 @@ class _Chain:
         least, most = SHORTEST * np.hypot(*ahead.T), LONGEST * self.reach
         for lines, way in ((self.straight, ahead), (np.roll(self.straight, 1), np.roll(ahead, 1, axis=0))):
             tied = self.smooth & lines
-            self.ways[tied] = _units(way[tied])
+            self.ways[tied] = unit(way[tied])
         self.out = np.clip(self.out, least, most)
         self.back = np.clip(self.back, np.roll(least, 1), np.roll(most, 1))
 
@@ -297,7 +298,3 @@ class _Chain:
         moved.__dict__["_columns"] = c
         moved._bound()
         return moved
-
-
-def _units(vectors: FloatArray) -> FloatArray:
-    return np.asarray(vectors / np.maximum(np.hypot(*vectors.T), 1e-9)[:, None])

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.editing.shapes import shape_within
 from livecl.geometry.bezier import flatten
-from livecl.geometry.polylines import lengths_along, points_at
+from livecl.geometry.polylines import lengths_along, points_at, unit
 from livecl.image.resizing import scaled
 from livecl.quality.things import FOUND, INSIDE, MISSED, Things, match_things, things_of_drawing
 from livecl.rendering.rasterizer import Rasterizer
@@ -190,15 +190,14 @@ class _Outline:
         cosine = -(after * into).sum(axis=1)
         sine = after[:, 0] * into[:, 1] - after[:, 1] * into[:, 0]
         self.turns = np.degrees(np.abs(np.arctan2(sine, cosine)))
-        chords = cubics[:, 3] - cubics[:, 0]
-        unit = chords / np.maximum(np.hypot(*chords.T), 1e-12)[:, None]
+        way = unit(cubics[:, 3] - cubics[:, 0])
         rest = cubics[:, 1:3] - cubics[:, :1]
-        off = np.abs(rest[..., 0] * unit[:, None, 1] - rest[..., 1] * unit[:, None, 0]).max(axis=1)
+        off = np.abs(rest[..., 0] * way[:, None, 1] - rest[..., 1] * way[:, None, 0]).max(axis=1)
         self.lines = cubics[off <= STRAIGHT][:, [0, 3]]
         places, self.polylines = zip(*map(_places, subpaths), strict=True)
         self.tight = np.concatenate([_tight(part) for part in places])
         self.places = np.concatenate(places)
-        self.ways = np.concatenate([_units(np.roll(part, -1, axis=0) - np.roll(part, 1, axis=0)) for part in places])
+        self.ways = np.concatenate([unit(np.roll(part, -1, axis=0) - np.roll(part, 1, axis=0)) for part in places])
 
     def distances(self, points: FloatArray) -> FloatArray:
         """Return the distances of points (n, 2) from the outline, px: (n,)."""
@@ -213,10 +212,6 @@ def _tight(places: FloatArray) -> FloatArray:
     reach = round(APART / STEP)
     turn = np.sum([np.roll(angles, shift) for shift in range(-reach, reach + 1)], axis=0)
     return places[np.abs(turn) >= np.radians(TIGHT)]
-
-
-def _units(vectors: FloatArray) -> FloatArray:
-    return np.asarray(vectors / np.maximum(np.hypot(*vectors.T), 1e-12)[:, None])
 
 
 def _whole_segments(cubics: FloatArray, shortest: float) -> FloatArray:

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Polylines: lengths, places along them, equal steps."""
+"""Polylines: lengths, places along them, equal steps, directions."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from livecl.geometry.polylines import evenly, lengths_along, points_at
+from livecl.geometry.polylines import evenly, lengths_along, points_at, unit
 
 #: An open polyline of sides of 5, 0 and 2 px, and a square of 8 px with needless corners.
 BENT = np.array([(0, 0), (3, 4), (3, 4), (3, 6)], float)
@@ -25,3 +25,8 @@ def test_equal_steps_begin_at_the_first_point_and_close_the_outline() -> None:
     assert len(points) == 32, "a step of 1 px each"
     np.testing.assert_allclose(np.hypot(*(np.roll(points, -1, axis=0) - points).T), 1)
     assert len(evenly(SQUARE / 100)) == 8
+
+
+def test_unit_vectors_of_any_shape_and_of_zero() -> None:
+    np.testing.assert_allclose(unit(np.array([[(3, 4), (0, 0)]], float)), [[(0.6, 0.8), (0, 0)]])
+    np.testing.assert_allclose(unit(np.array((0.0, -2e-200))), (0, -1))
