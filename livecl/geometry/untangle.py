@@ -18,6 +18,7 @@ from livecl.geometry.bezier import bernstein, cross, derivative, evaluate, flatt
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area, following, line_meetings
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 #: Distance px between curve and lines that crossings are looked for on.
 TOLERANCE = 0.02
@@ -31,21 +32,24 @@ NEWTON_STEPS = 4
 
 @dataclasses.dataclass(frozen=True)
 class Crossing:
-    """Segment and parameter of the two strands, in the order of the outline."""
+    """Segment and parameter of the two strands, in the order of the outline; area of the outline's largest loop, px^2."""
 
     first: int
     t: float
     second: int
     u: float
+    largest: float = 0.0
 
 
-def untangle(outlines: Sequence[FloatArray]) -> list[FloatArray]:
+def untangle(outlines: Sequence[FloatArray], largest: float = np.inf) -> list[FloatArray]:
     """Return closed outlines without their crossings.
 
     Parameters
     ----------
     outlines : sequence of (s, 4, 2) float64
         Control points of a closed outline each, px.
+    largest : float
+        Area of a loop, px^2: an outline with a larger one is left as it is.
 
     Returns
     -------
@@ -57,11 +61,12 @@ def untangle(outlines: Sequence[FloatArray]) -> list[FloatArray]:
     tangled = list(range(len(found)))
     for _ in range(MAX_CROSSINGS):
         crossings = find_crossings([found[k] for k in tangled])
-        tangled = [k for k, crossing in zip(tangled, crossings, strict=True) if crossing is not None]
+        cuts = {k: crossing for k, crossing in zip(tangled, crossings, strict=True) if crossing is not None}
+        for k, crossing in cuts.items():
+            found[k] = _trim(found[k], crossing) if crossing.largest <= largest else outlines[k]
+        tangled = [k for k, crossing in cuts.items() if crossing.largest <= largest]
         if not tangled:
             break
-        for k, crossing in zip(tangled, filter(None, crossings), strict=True):
-            found[k] = _trim(found[k], crossing)
     return found
 
 
@@ -92,9 +97,25 @@ def find_crossings(outlines: Sequence[FloatArray]) -> list[Crossing | None]:
     places = lines.t[pairs] + np.stack([s[chosen], t[chosen]]) / lines.counts[segments]
     places = _refined(cubics[segments], places)
     own = segments - np.cumsum([0, *numbers])[tangled]
+    loops = _loop_areas(lines.corners, owners, (i, j), s)
     for k, (first, second), (at, to) in zip(tangled, own.T.tolist(), places.T.tolist(), strict=True):
-        found[k] = Crossing(first, at, second, to)
+        found[k] = Crossing(first, at, second, to, float(loops[owners[i] == k].max()))
     return found
+
+
+def _loop_areas(corners: FloatArray, owners: IntArray, pairs: tuple[IntArray, IntArray], s: FloatArray) -> FloatArray:
+    """Return the area, px^2, of the smaller of the two parts that meet in each crossing: (K,).
+
+    Of closed polygons of corners (L, 2), of which the pairs of lines cross at the shares `s` of the first.
+    """
+    i, j = pairs
+    after = following(owners)
+    sums = np.concatenate([[0.0], np.cumsum(cross(corners, corners[after]))])
+    meeting = corners[i] + s[:, None] * (corners[after[i]] - corners[i])
+    inner = sums[j] - sums[i + 1] + cross(corners[j], meeting) + cross(meeting, corners[i + 1])
+    ends = np.searchsorted(owners, np.stack([owners[i], owners[i] + 1]))
+    outer = sums[ends[1]] - sums[ends[0]] - inner
+    return np.asarray(np.minimum(np.abs(inner), np.abs(outer)) / 2)
 
 
 def _refined(strands: FloatArray, places: FloatArray) -> FloatArray:

@@ -120,16 +120,20 @@ def untangle_outlines(state: State, error: Callable[[Drawing], float] | None = N
 
     An outline keeps a loop that shows something: one of more than `SMALL_LOOP` px^2 without which the `error` of the
     drawing would rise by more than a layer must be worth (`Options.prune`), as beyond a neck whose two sides cross.
-    Without an `error` only loops up to that area are taken out.
+    Without an `error` only outlines all of whose loops are smaller lose them.
     """
     drawing = state.drawing
     points, cubics = drawing.points.copy(), drawing.cubics
     free = ~state.locked_segments & (drawing.strokes.widths[drawing.segment_layers] == 0)
     runs = [subpath for subpath in drawing.subpaths() if free[subpath.start]]
+    outlines = [cubics[run] for run in runs]
     large, all_cut = [], points.copy()
-    for run, outline in zip(runs, untangle([cubics[run] for run in runs]), strict=True):
+    untangled = untangle(outlines, SMALL_LOOP if error is None else np.inf)
+    for run, before, outline in zip(runs, outlines, untangled, strict=True):
+        if outline is before:
+            continue
         all_cut[run] = outline[:, :3]
-        if abs(signed_area(outline) - signed_area(cubics[run])) > SMALL_LOOP:
+        if error is not None and abs(signed_area(outline) - signed_area(before)) > SMALL_LOOP:
             large.append(run)
         else:
             points[run] = outline[:, :3]

@@ -111,6 +111,15 @@ def test_of_a_figure_eight_the_larger_half_is_left(turn: int, reverse: bool) -> 
     assert np.hypot(*(after[:, 0] - (10, 10)).T).min() < 1e-9, "no anchor in the crossing"
 
 
+@pytest.mark.parametrize("turn", range(4))
+def test_an_outline_with_a_loop_larger_than_asked_for_is_left_as_it_is(turn: int) -> None:
+    path = np.roll(drawings.polygon([(0, 0), (20, 0), (5, 15), (15, 15)]), turn, axis=0)  # a loop of 25 px^2
+    eight, loop = _closed(path), _with_corner_loop()  # and one of 2 px^2
+    kept, cut = untangle_all([eight, loop], largest=24.9)
+    assert kept is eight and crossing_area(cut) == 0
+    assert all(crossing_area(outline) == 0 for outline in untangle_all([eight, loop], largest=25.1))
+
+
 def test_a_round_figure_eight() -> None:
     # Two discs of radius 10 and 6 that a line of no width would join; the strands cross between them.
     large, small = shapes.circle((12, 20), 10, segments=2), shapes.circle((30, 20), 6, segments=2)
