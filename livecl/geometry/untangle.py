@@ -32,7 +32,7 @@ NEWTON_STEPS = 4
 
 @dataclasses.dataclass(frozen=True)
 class Crossing:
-    """Segment and parameter of the two strands, in the order of the outline; area of the outline's largest loop, px^2."""
+    """Segment and parameter of the two strands, in the order of the outline; area of its largest loop, px^2."""
 
     first: int
     t: float
