@@ -7,6 +7,7 @@ and Shipley 1991).
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 
 import numpy as np
@@ -37,15 +38,23 @@ def tangent(points: FloatArray) -> tuple[FloatArray, float] | None:
     if len(points) < 3:
         slope = points[-1] - points[0]
     else:
-        t = np.arange(1.0 - len(points), 1.0)
-        fitted = np.polyfit(t, points, 1 if len(points) < 7 else 2)
-        slope = fitted[-2]
-        if len(points) >= 7:
-            bend = 2 * fitted[0]
+        slope, *bends = _fit(len(points)) @ points
+        if bends:
+            bend = 2 * bends[0]
     length = float(np.hypot(*slope))
     if length <= 1e-9:
         return None
     return slope / length, float(slope[0] * bend[1] - slope[1] * bend[0]) / length**3
+
+
+@functools.lru_cache(maxsize=256)
+def _fit(count: int) -> FloatArray:
+    """Return the matrix that takes points (n, 2) to the slope of the line or parabola through them, and its bend.
+
+    At the last of them, by least squares over steps of 1.
+    """
+    t = np.arange(1.0 - count, 1.0)
+    return np.linalg.pinv(np.stack([np.ones(count), t] if count < 7 else [np.ones(count), t, t * t], axis=1))[1:]
 
 
 def curves(gap: Gap) -> Iterator[FloatArray]:

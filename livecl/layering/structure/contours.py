@@ -105,6 +105,8 @@ class Outlines:
         self.count = len(regions.sizes)
         self._boxes = ndimage.find_objects(regions.labels + 1)
         self._padded = np.pad(regions.labels, 3, constant_values=PAGE)
+        wider = np.pad(self._padded, 1, constant_values=PAGE)
+        self._around = np.lib.stride_tricks.sliding_window_view(wider, (3, 3))  # of each padded pixel
         self._known: dict[frozenset[int], list[Contour]] = {}
         single = [self._traced((k,)) for k in range(self.count)]
         for k in range(self.count):
@@ -138,12 +140,7 @@ class Outlines:
         if not len(points):
             return 1.0
         rows, columns = self._index(points)
-        height, width = self._padded.shape
-        inside = np.zeros(len(points), bool)
-        for down, right in itertools.product((-1, 0, 1), repeat=2):
-            labels = self._padded[np.clip(rows + down, 0, height - 1), np.clip(columns + right, 0, width - 1)]
-            inside |= room[labels]
-        return float(inside.mean())
+        return float(room[self._around[rows, columns]].any(axis=(1, 2)).mean())
 
     def keeps(self, ids: Iterable[int], before: Contour, after: Contour) -> bool:
         """Whether an outline still goes around what another had of some regions: about `SAMPLED` of their pixels."""

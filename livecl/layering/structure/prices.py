@@ -104,7 +104,8 @@ def outline_price(points: FloatArray, prices: Prices = PRICES) -> float:
     angles = np.angle(np.concatenate([steps[1:], steps[:1]]) / steps)
     bends = np.concatenate([angles[1:], angles[:1]]) + angles + np.concatenate([angles[-1:], angles[:-1]])
     sizes = np.abs(bends)
-    peaks = (sizes >= np.roll(sizes, 1)) & (sizes > np.roll(sizes, -1))
+    rises = sizes >= np.concatenate([sizes[-1:], sizes[:-1]])
+    peaks = rises & (sizes > np.concatenate([sizes[1:], sizes[:1]]))
     corners = np.clip((sizes[peaks] - CORNER_FROM) / CORNER_OVER, 0, 1).sum()
     return float(sizes.sum() / 3 + prices.corner * corners)
 
@@ -112,4 +113,4 @@ def outline_price(points: FloatArray, prices: Prices = PRICES) -> float:
 def signed_area(points: FloatArray) -> float:
     """Return the area of a closed polyline (n, 2), negative where it runs the other way round."""
     x, y = points.T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    return 0.5 * float(x[:-1] @ y[1:] - y[:-1] @ x[1:] + x[-1] * y[0] - y[-1] * x[0])
