@@ -78,7 +78,9 @@ def place_paths(
         from livecl.layering.structure import place_structure  # loads SciPy
 
         total = drawing.num_layers + count if total is None else total
-        found = place_structure(target, drawing, count, total, shading_of(options), context.check)
+        found = place_structure(
+            target, drawing, count, total, shading_of(options), context.check, 0 if options.path_gain else total
+        )
         if found is None:
             return Placement(empty_drawing(drawing.size), np.arange(drawing.num_layers))
         rgba = np.array([paint_of(color) for color in found.colors])

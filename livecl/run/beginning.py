@@ -108,7 +108,8 @@ def placed_by(
         from livecl.layering.structure import structure_kind  # loads SciPy
 
         target, ground = target_over(image, drawing.background), drawing.background
-        kind = structure_kind(target, ground, count, shading_of(options), check)
+        asked = 0 if options.path_gain else count
+        kind = structure_kind(target, ground, count, shading_of(options), check, asked)
         if kind is not None:
             opacity: Literal["opaque", "train"] = "train" if options.opacity == "train" else "opaque"
             if kind == "cells":  # nothing is left to train, nor to simplify

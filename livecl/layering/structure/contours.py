@@ -11,6 +11,7 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Iterable
+from collections.abc import Set as AbstractSet
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,10 +99,18 @@ class Contour:
 
 
 class Outlines:
-    """Outlines of the regions of a picture, and of unions of them."""
+    """Outlines of the regions of a picture, and of unions of them.
 
-    def __init__(self, regions: FlatRegions) -> None:
-        self.regions = regions
+    Parameters
+    ----------
+    regions : FlatRegions
+        Of the picture.
+    ground : set of int, optional
+        Regions that are the ground, where that is known.
+    """
+
+    def __init__(self, regions: FlatRegions, ground: AbstractSet[int] | None = None) -> None:
+        self.regions, self.ground = regions, ground
         self.count = len(regions.sizes)
         self._boxes = ndimage.find_objects(regions.labels + 1)
         self._padded = np.pad(regions.labels, 3, constant_values=PAGE)

@@ -64,7 +64,12 @@ def few_alike(outlines: Outlines, nodes: list[int]) -> list[int]:
 
 
 def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
-    """Return the regions of the ground's colour (C,) that are the ground: at the page's edge, or seen through holes."""
+    """Return the regions of the ground's colour (C,) that are the ground: at the page's edge, or seen through holes.
+
+    Those that the outlines know already, where they do.
+    """
+    if outlines.ground is not None:
+        return set(outlines.ground)
     regions = outlines.regions
     edge = np.concatenate([regions.labels[0], regions.labels[-1], regions.labels[:, 0], regions.labels[:, -1]])
     alike = regions.near(ground)

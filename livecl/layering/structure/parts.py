@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,28 +67,57 @@ def with_parts(
     Returns the outlines of the regions, those cut with a number more.
     """
     outlines = Outlines(regions)
+    behind = ground_regions(outlines, ground)
+    outlines.ground = behind
     looked_at = set(range(outlines.count))
     for _ in range(ROUNDS):
-        behind = ground_regions(outlines, ground)
-        inside = outlines.marks(k for k in range(outlines.count) if k not in behind)
-        noise = noise_of([contour.points for k in range(outlines.count) for contour in outlines.of((k,))])
-        found = []
-        for k in sorted(looked_at - behind):
-            check()
-            cut = _best_cut(k, outlines, inside, noise, prices)
-            if cut is not None:
-                found.append((k, cut))
+        found = _cuts(sorted(looked_at - behind), outlines, check, prices)
         if not found:
             break
         looked_at = set()
-        for k, cut in found:
+        for k, cut in found.items():
             looked_at |= {k, len(regions.sizes)}
             regions = _divided(regions, k, cut)
-        outlines = Outlines(regions)
+        outlines = Outlines(regions, behind)
     return outlines
 
 
-def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, prices: Prices) -> _Cut | None:
+def with_more_parts(
+    outlines: Outlines, number: int, check: Callable[[], None] = lambda: None, prices: Prices = PRICES
+) -> Outlines:
+    """Cut regions into more parts, which are asked for: again and again the one whose cut saves most, some at most.
+
+    Returns the same outlines where nothing can be cut.
+    """
+    prices = dataclasses.replace(prices, layer=prices.asked)
+    looked_at = [k for k in range(outlines.count) if k not in (outlines.ground or ())]
+    found: dict[int, _Cut] = {}
+    for _ in range(number):
+        found |= _cuts(looked_at, outlines, check, prices, asked=True)
+        best = max(found, key=lambda k: found[k].saved, default=None)
+        if best is None:
+            break
+        looked_at = [best, outlines.count]
+        outlines = Outlines(_divided(outlines.regions, best, found.pop(best)), outlines.ground)
+    return outlines
+
+
+def _cuts(
+    numbers: Iterable[int], outlines: Outlines, check: Callable[[], None], prices: Prices, asked: bool = False
+) -> dict[int, _Cut]:
+    """Return the cuts of regions of some numbers that save anything: of those that are asked for, short ones."""
+    inside = outlines.marks(k for k in range(outlines.count) if k not in (outlines.ground or ()))
+    noise = noise_of([contour.points for k in range(outlines.count) for contour in outlines.of((k,))])
+    found = {}
+    for k in numbers:
+        check()
+        cut = _best_cut(k, outlines, inside, noise, prices, asked)
+        if cut is not None:
+            found[k] = cut
+    return found
+
+
+def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, prices: Prices, asked: bool) -> _Cut | None:
     """Return the cut of a region that saves most, None where none does."""
     from skimage.draw import polygon2mask
 
@@ -103,7 +132,7 @@ def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, price
             continue
         if whole is None:
             whole = outline_price(contour.points, prices)
-        gain = prices.aligned * exact
+        gain = prices.aligned * exact - asked * prices.cut * len(curve) / np.sqrt(regions.sizes[k])
         saved = whole - outline_price(np.concatenate([front, curve]), prices) - prices.layer + gain
         if saved - (2 * np.pi - prices.primitive) <= prices.saving:
             continue
@@ -113,7 +142,9 @@ def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, price
         price = completed(back, outlines.marks((k,)), inside, outlines, prices)[1]
         both = price, whole - prices.layer + gain - saved
         saved -= price
-        if saved <= max(prices.saving, best.saved if best else 0.0) or (max if exact else min)(both) > SIMPLE:
+        if saved <= max(prices.saving, best.saved if best else 0.0):
+            continue
+        if not asked and (max if exact else min)(both) > SIMPLE:
             continue
         part = own & polygon2mask(own.shape, points[:, ::-1] - 0.5)
         if LEAST_PART <= np.count_nonzero(part) <= np.count_nonzero(own) - LEAST_PART:

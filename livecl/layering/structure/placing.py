@@ -22,8 +22,9 @@ from livecl.geometry.corners import noise_of
 from livecl.geometry.outlines import polygon_path
 from livecl.geometry.tracing import trace
 from livecl.layering.ramps import Shading
-from livecl.layering.structure.finding import Structure, found_structure, structure_of
+from livecl.layering.structure.finding import found_structure, structure_of
 from livecl.layering.structure.layers import Layer
+from livecl.layering.structure.ranking import Structure
 
 FloatArray = NDArray[np.float64]
 
@@ -104,12 +105,13 @@ def structure_kind(
     count: int,
     shading: Shading | None,
     check: Callable[[], None] = lambda: None,
+    asked: int = 0,
 ) -> Literal["shapes", "cells"] | None:
     """Return whether shapes of one fill each explain a picture (H, W, C), or cells of pixel art; None if neither.
 
-    `count` layers show about all of them.
+    `count` layers show about all of them. Arguments as of :func:`livecl.layering.structure.finding.found_structure`.
     """
-    found = found_structure(target, background, count, shading, check)
+    found = found_structure(target, background, count, shading, check, asked)
     if found is None:
         return None
     return "cells" if found.exact else "shapes"
@@ -122,6 +124,7 @@ def place_structure(
     total: int,
     shading: Shading | None = None,
     check: Callable[[], None] = lambda: None,
+    asked: int = 0,
 ) -> NextLayers | None:
     """Return the next layers of a picture of flat or shaded regions, or None where they are all there.
 
@@ -139,8 +142,10 @@ def place_structure(
         Gradients that layers may have.
     check : callable
         Called between outlines; what it raises ends the placement.
+    asked : int
+        Layers asked for, see :func:`livecl.layering.structure.finding.found_structure`; 0 where the picture decides.
     """
-    found = structure_of(target, drawing.background, total, shading)
+    found = structure_of(target, drawing.background, total, shading, asked)
     last = drawing.num_layers + count
     placed, new = found.ranked[: drawing.num_layers], found.ranked[drawing.num_layers : last]
     if not len(new) or len(placed) < drawing.num_layers:

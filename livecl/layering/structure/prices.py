@@ -26,6 +26,11 @@ class Prices:
     ----------
     layer : float
         One layer more.
+    asked : float
+        One layer more, while fewer are found than are asked for: it is welcome.
+    cut : float
+        A cut that is asked for, as long as the side of a square of both parts: short ones are preferred (Singh,
+        Seyranian and Hoffman, Perception & Psychophysics 61, 1999).
     corner : float
         One corner more, beside its turning.
     hidden : float
@@ -58,6 +63,8 @@ class Prices:
     """
 
     layer: float = 1.5
+    asked: float = -3.5
+    cut: float = 1.0
     corner: float = 0.5
     hidden: float = 0.3
     accident: float = 0.5

@@ -112,6 +112,26 @@ def test_what_shows_through_a_sign_is_a_hole_of_it_only_where_paths_are_few() ->
     assert found_structure(image, WHITE, 2) is None
 
 
+def battery() -> NDArray[np.float32]:
+    """Return a battery of one colour: a body and its cap."""
+    image = np.ones((64, 64, 3), np.float32)
+    image[20:58, 16:48] = image[10:20, 25:39] = (0.4, 0.2, 0.7)
+    return image
+
+
+@pytest.mark.parametrize(("asked", "layers"), [(0, 1), (1, 1), (2, 2), (3, 1)])
+def test_a_silhouette_is_cut_for_a_number_of_layers_not_for_a_limit(asked: int, layers: int) -> None:
+    found = found_structure(battery(), WHITE, MANY, asked=asked)
+    assert found is not None
+    assert len(found.ranked) == layers
+
+
+def test_paths_that_are_asked_for_cut_a_silhouette_and_auto_does_not(device: int) -> None:
+    options = livecl.Options(iterations=5)
+    for paths, layers in ((2, 2), ("auto", 1)):
+        assert livecl.vectorize(battery(), paths, options=options, device=device).drawing.num_layers == layers
+
+
 def test_flat_pictures_have_no_gradients() -> None:
     found = found_structure(two_squares(0.9), WHITE, MANY, SHADING)
     assert found is not None

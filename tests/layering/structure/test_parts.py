@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.draw import polygon2mask
 
+from livecl.layering.structure.contours import Outlines
+from livecl.layering.structure.depth import ground_regions
 from livecl.layering.structure.flat import flat_regions
 from livecl.layering.structure.layers import find_layers
-from livecl.layering.structure.parts import with_parts
+from livecl.layering.structure.parts import with_more_parts, with_parts
 
 SIZE, FINE = 96, 4
 RED, WHITE, BLUE = np.array([0.9, 0.2, 0.2]), np.ones(3), np.array([0.15, 0.3, 0.75])
@@ -103,3 +105,36 @@ def test_a_sign_in_a_large_picture_is_not_cut() -> None:
     image = 1 - small(HEAD | SHAFT)[..., None] * (WHITE - RED)
     page = np.pad(image, ((0, 210), (0, 210), (0, 0)), constant_values=1.0)
     assert [with_parts(flat_regions(pixels), WHITE).count for pixels in (image, page)] == [3, 2]
+
+
+def test_a_silhouette_is_cut_further_where_more_parts_are_asked_for() -> None:
+    battery = shape((26, 30), (70, 30), (70, 86), (26, 86)), shape((38, 14), (58, 14), (58, 30), (38, 30))
+    image = 1 - small(battery[0] | battery[1])[..., None] * (WHITE - RED)
+    whole = with_parts(flat_regions(image), WHITE)
+    assert whole.count == 2  # with the ground
+    cut = with_more_parts(whole, 1)
+    areas = [abs(cut.outer(k).area) for k in range(cut.count) if k not in (cut.ground or ())]
+    assert np.allclose(sorted(areas), [20 * 16, 44 * 56], rtol=0.02)
+    square = with_parts(flat_regions(1 - small(battery[0])[..., None] * (WHITE - RED)), WHITE)
+    assert with_more_parts(square, 3) is square  # nothing to cut
+
+
+def test_of_cuts_that_are_asked_for_the_shortest_come_first() -> None:
+    head = disc(48, 48, 32) | disc(16, 48, 9) | disc(80, 48, 9)
+    whole = with_parts(flat_regions(1 - small(head)[..., None] * (WHITE - RED)), WHITE)
+    assert whole.count == 2
+    for number in (1, 2):
+        cut = with_more_parts(whole, number)
+        areas = sorted(abs(cut.outer(k).area) for k in range(cut.count) if k not in (cut.ground or ()))
+        assert len(areas) == number + 1 and areas[0] < 200 and areas[-1] > 3000
+
+
+def test_what_a_head_surrounds_is_no_ground_once_the_ears_are_cut_off_it() -> None:
+    ears = (disc(14, 34, 14) | disc(82, 34, 14)) & ~disc(48, 52, 29)
+    head = disc(48, 52, 34) & ~disc(48, 52, 29)
+    whole = with_parts(flat_regions(1 - small(head | ears)[..., None] * (WHITE - RED)), WHITE)
+    face = whole.regions.labels[52, 48]
+    assert whole.ground is not None and face not in whole.ground
+    cut = with_more_parts(whole, 2)
+    assert cut.count == whole.count + 2 and cut.ground == whole.ground
+    assert face in ground_regions(Outlines(cut.regions), WHITE)  # by itself it would be
