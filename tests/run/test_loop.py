@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -62,3 +63,11 @@ def test_of_a_run_that_failed_nothing_is_returned_that_is_not_finite(ruined: str
     loop.record = Record([_stage(5, 1.0)])
     assert [type(stage.drawing) for stage in loop.salvaged_stages()] == [Drawing]
     assert loop.salvaged_stages()[0].iterations == 5
+
+
+def test_time_after_the_last_stage_counts_for_it(device: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    loop = Loop(new_run(METHOD, (1,), device))
+    loop.train()
+    before, later = loop.record.stages[-1].seconds, time.perf_counter() + 100
+    monkeypatch.setattr("livecl.run.loop.time.perf_counter", lambda: later)
+    assert loop.stages()[-1].seconds >= before + 100
