@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from support.runs import new_run
 from support.shapes import build, rectangle
 
 from livecl import Drawing, Options
+from livecl.run.checkpoint import Checkpoints, load_checkpoint
 from livecl.run.control import Stopped
 from livecl.run.loop import Loop
 from livecl.run.record import Record
@@ -71,3 +74,19 @@ def test_time_after_the_last_stage_counts_for_it(device: int, monkeypatch: pytes
     before, later = loop.record.stages[-1].seconds, time.perf_counter() + 100
     monkeypatch.setattr("livecl.run.loop.time.perf_counter", lambda: later)
     assert loop.stages()[-1].seconds >= before + 100
+
+
+def test_a_checkpoint_holds_the_time_until_it_is_written(
+    device: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def check() -> None:
+        raise Stopped("time limit")
+
+    run = new_run(METHOD, (1,), device)
+    assert run.begin()
+    run.check, run.progress.placed = check, True
+    clock = itertools.count(7)
+    monkeypatch.setattr("livecl.run.loop.time.perf_counter", lambda: float(next(clock)))
+    Loop(run, checkpoints=Checkpoints(tmp_path / "run.checkpoint", {}, period=0)).train()
+    _, record = load_checkpoint(tmp_path / "run.checkpoint", {})
+    assert record.seconds >= 1, "a look at the clock, at the least, after that where training begins"
