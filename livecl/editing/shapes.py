@@ -5,44 +5,46 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from livecl.editing.trace import Trace
+from livecl.geometry.bezier import evaluate
 from livecl.svg.primitives import ANGLE_DECIMALS, Primitive, ellipse, rectangle
 
 FloatArray = NDArray[np.float64]
 
 #: Distances of the visible part from a shape, px: root of the mean square, also as a share of its size, and largest.
 ROOT_MEAN_SQUARE, SHARE, FARTHEST = 0.2, 0.02, 0.75
-#: Weight from which a sample counts as seen, and least shares of the directions from the centre in which samples are:
-#: a circle has three numbers to be told, a turned ellipse five.
-SEEN, CIRCLE_SEEN, UPRIGHT_SEEN, TURNED_SEEN = 0.5, 0.45, 0.6, 0.8
-#: Directions that are told apart, radius up to which corners count as sharp, px, and Gauss-Newton steps.
-DIRECTIONS, SHARP, STEPS = 36, 1.5, 8
+#: Weight from which a sample counts as seen. Least standard deviation of seen samples across a shape, px, and their
+#: distance along it from which on they deviate on their own, px; and largest standard deviation of a shape's outline
+#: that follows from it, px: what is seen must tell where the rest of it is.
+SEEN, NOISE, ALIKE, KNOWN = 0.5, 0.05, 2.0, 0.2
+#: Radius up to which corners count as sharp, px, and Gauss-Newton steps.
+SHARP, STEPS = 1.5, 8
+
+
+Distances: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 @dataclasses.dataclass(frozen=True)
 class _Candidate:
-    """A shape fitted to samples, their distances from it, half its size, and the share of directions it asks for."""
+    """A shape fitted to seen samples: half its size, their distances from it, and its standard deviation, px."""
 
     shape: Primitive | None
-    distances: FloatArray
-    spokes: FloatArray
     size: float
-    share: float
+    distances: FloatArray
+    deviation: float
 
     def fits(self) -> bool:
-        """Whether the shape is near enough to the samples, and these lie in enough directions from its centre."""
+        """Whether the shape is near enough to the samples, and these tell where it is."""
         if not (np.isfinite(self.distances).all() and self.size > 0):
             return False
-        angles = np.arctan2(self.spokes[:, 1], self.spokes[:, 0])
-        directions = np.floor(angles / (2 * np.pi) * DIRECTIONS).astype(np.int64)
         near = float(np.sqrt(np.mean(self.distances**2)))
         limit = min(ROOT_MEAN_SQUARE, max(SHARE * self.size, ROOT_MEAN_SQUARE / 4))
-        close = near <= limit and np.abs(self.distances).max() <= FARTHEST
-        return bool(close and len(np.unique(directions)) >= self.share * DIRECTIONS)
+        return near <= limit and np.abs(self.distances).max() <= FARTHEST and self.deviation <= KNOWN
 
 
 def fitted_shapes(trace: Trace) -> list[Primitive]:
@@ -65,27 +67,49 @@ def shape_within(points: FloatArray, farthest: float) -> Primitive | None:
 def _candidates(seen: FloatArray, whole: FloatArray) -> Iterator[_Candidate]:
     low, high = seen.min(axis=0), seen.max(axis=0)
 
-    def round_one(form: FloatArray, shape: Primitive | None, share: float) -> _Candidate:
-        distances = _from_circle(form, seen) if len(form) == 3 else _from_ellipse(form, seen)
-        return _Candidate(shape, distances, seen - form[:2], float(form[2:4].min()), share)
+    def candidate(measure: Distances, form: FloatArray, shape: Primitive | None, size: float) -> _Candidate:
+        distances = measure(form, seen)
+        deviation = np.inf if shape is None else _deviation(measure, form, seen, shape)
+        return _Candidate(shape, size, distances, deviation)
+
+    def round_one(form: FloatArray, shape: Primitive | None) -> _Candidate:
+        return candidate(_from_circle if len(form) == 3 else _from_ellipse, form, shape, float(form[2:4].min()))
 
     circle = _refined(_from_circle, _circle_start(seen), seen)
-    yield round_one(circle, ellipse(circle[:2], (float(circle[2]), float(circle[2]))), CIRCLE_SEEN)
+    yield round_one(circle, ellipse(circle[:2], (float(circle[2]), float(circle[2]))))
     start = np.concatenate([(low + high) / 2, np.maximum(high - low, 1e-3) / 2])
     upright = _refined(_from_ellipse, start, seen)
-    yield round_one(upright, ellipse(upright[:2], (float(upright[2]), float(upright[3]))), UPRIGHT_SEEN)
+    yield round_one(upright, ellipse(upright[:2], (float(upright[2]), float(upright[3]))))
     turned = _refined(_from_ellipse, _turned_start(whole), seen)
     angle = round(float(np.degrees(turned[4])), ANGLE_DECIMALS)
-    yield round_one(turned, ellipse(turned[:2], (float(turned[2]), float(turned[3])), angle), TURNED_SEEN)
+    yield round_one(turned, ellipse(turned[:2], (float(turned[2]), float(turned[3])), angle))
     missing = float(np.prod(high - low)) - _area(whole)
     radius = np.sqrt(max(missing, 0.0) / (4 - np.pi))
     box = _refined(_from_rectangle, np.concatenate([low, high, [min(radius, (high - low).min() / 2)]]), seen)
     half = float((box[2:4] - box[:2]).min() / 2)
-    shapes = [rectangle(box[:2], box[2:4], float(np.clip(box[4], 0, max(half, 0))))]
-    shapes += [rectangle(box[:2], box[2:4])] if box[4] < SHARP else []
-    spokes = seen - (box[:2] + box[2:4]) / 2
-    for shape in shapes:
-        yield _Candidate(shape, _from_rectangle(box, seen), spokes, half, UPRIGHT_SEEN)
+    yield candidate(_from_rectangle, box, rectangle(box[:2], box[2:4], float(np.clip(box[4], 0, max(half, 0)))), half)
+    if box[4] < SHARP:
+        yield candidate(_from_rectangle, box, rectangle(box[:2], box[2:4]), half)
+
+
+def _deviation(measure: Distances, form: FloatArray, seen: FloatArray, shape: Primitive) -> float:
+    """Return the largest standard deviation of a fitted shape's outline across it, px.
+
+    With J the slopes of the distances of the n seen samples by the shape's k numbers, s^2 = NOISE^2 or what they miss
+    on average, and one of m samples deviating on its own, the numbers have the covariance C = m s^2 (J^T J)^-1, and the
+    outline the variance g^T C g where g are the slopes of its own distances.
+    """
+    rest = measure(form, seen)
+    slopes = _slopes(measure, form, seen, rest)
+    ends = np.roll(shape.points[:, :1], -1, axis=0)
+    around = evaluate(np.concatenate([shape.points, ends], axis=1), np.linspace(0, 1, 8, endpoint=False)).reshape(-1, 2)
+    own = _slopes(measure, form, around, measure(form, around))
+    if not (np.isfinite(slopes).all() and np.isfinite(own).all()):
+        return float(np.inf)
+    alike = max(1.0, ALIKE * len(seen) / max(float(np.hypot(*(seen[1:] - seen[:-1]).T).sum()), 1e-9))
+    noise = alike * max(NOISE**2, float(np.mean(rest**2)))
+    gram = slopes.T @ slopes + 1e-9 * np.eye(len(form))
+    return float(np.sqrt((own * np.linalg.solve(gram, own.T).T).sum(axis=1).max() * noise))
 
 
 def _from_circle(shape: FloatArray, points: FloatArray) -> FloatArray:
@@ -139,15 +163,18 @@ def _area(points: FloatArray) -> float:
     return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
 
 
-def _refined(
-    distances: Callable[[FloatArray, FloatArray], FloatArray], shape: FloatArray, points: FloatArray
-) -> FloatArray:
+def _slopes(measure: Distances, form: FloatArray, points: FloatArray, rest: FloatArray) -> FloatArray:
+    """Return the slopes of the distances of points (n, 2), which are `rest`, by the numbers of a form: (n, k)."""
+    moved = form + 1e-4 * np.eye(len(form))
+    return np.stack([measure(one, points) - rest for one in moved], axis=1) / 1e-4
+
+
+def _refined(distances: Distances, shape: FloatArray, points: FloatArray) -> FloatArray:
     """Return a shape of least squared distances near another, by damped Gauss-Newton steps."""
     rest = distances(shape, points)
     damping = 1e-3
     for _ in range(STEPS):
-        moved = shape + 1e-4 * np.eye(len(shape))
-        slopes = np.stack([distances(one, points) - rest for one in moved], axis=1) / 1e-4
+        slopes = _slopes(distances, shape, points, rest)
         gram = slopes.T @ slopes
         gram[np.diag_indices(len(shape))] *= 1 + damping
         gram[np.diag_indices(len(shape))] += 1e-9

@@ -26,7 +26,7 @@ from livecl.layering.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
 from livecl.layering.contributions import composited_colors, in_window, layer_alphas, opacity_at_pixels
 from livecl.layering.stack import over, window_of
-from livecl.svg.outline_data import format_outline, rounded_points
+from livecl.svg.outline_data import MAX_PRECISION, format_outline, rounded_points
 from livecl.svg.path_data import NUMBER
 from livecl.svg.primitives import Primitive, primitive_of
 
@@ -227,4 +227,4 @@ def numbers_of(outline: Outline) -> int:
 
 
 def _shape_of(outline: Outline) -> Primitive | None:
-    return primitive_of(outline[0], PRECISION) if len(outline) == 1 else None
+    return primitive_of(outline[0], MAX_PRECISION) if len(outline) == 1 else None

@@ -58,6 +58,18 @@ def test_circle_half_hidden_is_whole() -> None:
     assert all(shape.tag != "circle" for shape in fitted_shapes(trace_))
 
 
+def test_what_is_seen_of_a_circle_must_tell_where_the_rest_is() -> None:
+    true = SHAPES["circle"]
+    assert true is not None
+    for share, noise, tags in ((0.4, 0.0, ["circle"]), (0.4, 0.3, []), (0.3, 0.0, ["circle"])):
+        trace_ = traced(true, noise)
+        x, y = (trace_.points - (60.0, 50.0)).T
+        hidden = np.arctan2(y, x) % (2 * np.pi) > share * 2 * np.pi
+        trace_.points[hidden] = (60.0, 50.0)
+        trace_.weights[hidden] = 0.25
+        assert [shape.tag for shape in fitted_shapes(trace_)] == tags
+
+
 def test_a_quarter_of_a_circle_tells_nothing() -> None:
     trace_ = traced(SHAPES["circle"])
     trace_.weights[(trace_.points[:, 0] > 60) | (trace_.points[:, 1] > 50)] = 0.25

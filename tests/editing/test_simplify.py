@@ -126,6 +126,12 @@ def test_bent_joins_cost_more_and_smooth_ones_less_than_their_numbers() -> None:
     assert [price_of([points]) - numbers_of([points]) for points in (bent, smooth, level)] == [3, -3, -4]
 
 
+def test_an_ellipse_that_is_nearly_a_circle_costs_more_than_one() -> None:
+    circle, oval = (ellipse(np.array([40.0, 40.0]), radii) for radii in ((9.0, 9.0), (9.0, 9.0001)))
+    assert circle is not None and oval is not None
+    assert (numbers_of([circle.points]), numbers_of([oval.points])) == (3, 4)
+
+
 def test_what_training_cannot_make_good_is_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
     """Edited outlines that come out of training far away: the layer has the nodes that it had, others stay edited."""
     true, ours = scene()
