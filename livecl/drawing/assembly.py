@@ -79,3 +79,19 @@ def stretched(drawing: Drawing, factors: ArrayLike, size: tuple[int, int], offse
     if strokes.any:
         strokes = strokes.with_widths(strokes.widths * np.sqrt(factors.prod()))
     return drawing.replace(points=points, size=size, fills=drawing.fills.stretched(factors, offset), strokes=strokes)
+
+
+def scaled(drawing: Drawing, size: tuple[int, int]) -> Drawing:
+    """Return a drawing stretched to a canvas of another size.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Any drawing.
+    size : (int, int)
+        Height and width of the canvas wanted, px.
+    """
+    if drawing.size == tuple(size):
+        return drawing
+    factors = np.array([size[1] / drawing.size[1], size[0] / drawing.size[0]])
+    return stretched(drawing, factors, size)

@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Working on a smaller picture: pictures reduced before, drawings enlarged to the picture's own coordinates after.
-
-A path's outline has no resolution, so a large picture is learned at fewer pixels, in a fraction of the time, and the
-drawing is scaled back.
-"""
+"""Working sizes: larger pictures are worked on at fewer pixels, as the outline of a path has no resolution."""
 
 from __future__ import annotations
 
@@ -12,9 +8,6 @@ import reprlib
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from livecl.drawing.assembly import stretched
-from livecl.drawing.drawing import Drawing
 
 #: Side, px, of the square whose area larger pictures are reduced to where nothing else is asked for.
 DEFAULT_SIZE = 512
@@ -111,19 +104,3 @@ def detail_lost(image: NDArray[np.float32], size: tuple[int, int]) -> float:
 
     enlarged = resize(reduced(image, size), image.shape[:2], order=1)
     return float(np.mean(np.square(enlarged - image, dtype=np.float64)))
-
-
-def scaled(drawing: Drawing, size: tuple[int, int]) -> Drawing:
-    """Return a drawing stretched to a canvas of another size.
-
-    Parameters
-    ----------
-    drawing : Drawing
-        Any drawing.
-    size : (int, int)
-        Height and width of the canvas wanted, px.
-    """
-    if drawing.size == tuple(size):
-        return drawing
-    factors = np.array([size[1] / drawing.size[1], size[0] / drawing.size[0]])
-    return stretched(drawing, factors, size)

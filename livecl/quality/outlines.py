@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.editing.shapes import shape_within
 from livecl.geometry.bezier import flatten
 from livecl.geometry.polylines import lengths_along, points_at, unit
-from livecl.image.resizing import scaled
 from livecl.quality.things import FOUND, INSIDE, MISSED, Things, match_things, things_of_drawing
 from livecl.rendering.rasterizer import Rasterizer
 from livecl.svg.primitives import primitive_of

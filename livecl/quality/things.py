@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
-from livecl.image.resizing import scaled
 from livecl.rendering.rasterizer import Rasterizer
 
 #: Coverage from which on a pixel belongs to a thing, pixels of the smallest thing, and the share of a thing that others

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.editing.cutout import cut_out
 from livecl.image.background import TRAIN, WHITE, target_over
 from livecl.image.errors import mse
-from livecl.image.resizing import scaled, working_size
+from livecl.image.resizing import working_size
 from livecl.layering.groups import GROUPING_SIDE, grouped
 from livecl.rendering.rasterizer import Rasterizer
 from livecl.rendering.single import render

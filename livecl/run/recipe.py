@@ -10,11 +10,12 @@ import reprlib
 from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, get_args
 
+from livecl.drawing.assembly import scaled
 from livecl.drawing.checks import check_number, check_whole, python_number
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
 from livecl.editing.cutout import check_cutout
 from livecl.errors import check_type
-from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size, working_size_of
+from livecl.image.resizing import DEFAULT_SIZE, reduced, working_size, working_size_of
 from livecl.options import WANTED_OPTIONS, Options
 from livecl.run.hints import with_hints
 from livecl.schedule import MAX_AUTO_PATHS, growing_schedule, parse_schedule

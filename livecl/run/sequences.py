@@ -10,13 +10,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.drawing.assembly import concatenate
+from livecl.drawing.assembly import concatenate, scaled
 from livecl.drawing.checks import check_whole, python_number
 from livecl.drawing.drawing import Drawing
 from livecl.errors import check_type
 from livecl.image.background import NONE
 from livecl.image.reading import Picture, as_image
-from livecl.image.resizing import DEFAULT_SIZE, reduced, scaled, working_size
+from livecl.image.resizing import DEFAULT_SIZE, reduced, working_size
 from livecl.interpolation.blending import collapsed
 from livecl.options import WANTED_OPTIONS, Options
 from livecl.run.beginning import Beginning

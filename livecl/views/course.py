@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.assembly import scaled
 from livecl.drawing.checks import check_number, check_whole
 from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
-from livecl.image.resizing import scaled
 from livecl.run.callbacks import OnStep, Step, tell_stage_end
 from livecl.run.result import Result
 from livecl.views.films import save_mp4

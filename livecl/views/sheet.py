@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from livecl.drawing.assembly import scaled
 from livecl.drawing.checks import check_whole
 from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.files import write_atomically
 from livecl.image.reading import as_image, over_ground, premultiplied, save_image
-from livecl.image.resizing import scaled
 from livecl.run.result import Result
 
 #: Longest side of a picture in a sheet, px, unless told otherwise, and the most of them in a row.

@@ -8,6 +8,7 @@ import pytest
 from support import drawings, shapes
 
 import livecl
+from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import MAX_COORDINATE
 from livecl.image.reading import premultiplied
@@ -16,7 +17,6 @@ from livecl.image.resizing import (
     cell_side,
     detail_lost,
     reduced,
-    scaled,
     working_size,
     working_size_of,
 )

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from support import drawings
 
 import livecl
+from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
-from livecl.image.resizing import reduced, scaled
+from livecl.image.resizing import reduced
 from livecl.options import Options
 from livecl.run.recipe import Recipe
 from livecl.svg import quantize, read_svg

@@ -15,9 +15,9 @@ from PIL import Image
 
 import livecl
 from figures.strip import save_small, shown
+from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.geometry import bezier
-from livecl.image.resizing import scaled
 from livecl.views.sheet import fitted_size
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

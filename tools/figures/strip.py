@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
-from livecl.image.resizing import scaled
 from livecl.rendering.single import render
 from livecl.views.sheet import fitted, fitted_size, over_checkerboard
 

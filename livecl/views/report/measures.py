@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import Fills, concatenate_fills
-from livecl.image.resizing import scaled, working_size
+from livecl.image.resizing import working_size
 from livecl.layering.contributions import layer_alphas, removal_changes, visible_shares
 from livecl.views.report.markup import png_uri
 

@@ -12,9 +12,10 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
+from livecl.drawing.assembly import scaled
 from livecl.files import write_atomically
 from livecl.image.background import TRAIN, WHITE, target_over
-from livecl.image.resizing import reduced, scaled
+from livecl.image.resizing import reduced
 from livecl.run.result import Result
 from livecl.views.report import markup
 from livecl.views.report.measures import differences, layer_facts, page_size
