@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from livecl.layering.ramps import Shading
 from livecl.layering.structure.contours import Outlines
-from livecl.layering.structure.flat import FlatRegions, flat_regions, flatness
+from livecl.layering.structure.flat import FlatRegions, clean_regions, flatness, noisy_regions
 from livecl.layering.structure.layers import find_layers
 from livecl.layering.structure.mosaic import MOST_PARTS, Mosaic, mosaic_of
-from livecl.layering.structure.noise import noise_level
 from livecl.layering.structure.parts import with_more_parts, with_parts
 from livecl.layering.structure.ranking import Structure, explained_miss
 from livecl.layering.structure.smooth import smooth_regions, smoothness
@@ -133,12 +132,11 @@ def _explained_by_regions(
 ) -> Structure | None:
     """Return the structure of flat or smoothly shaded regions that explains a picture, if one does."""
     pixels = np.frombuffer(data, np.float32).reshape(shape)
-    if noise_level(pixels.astype(np.float64)):
-        flat = _regions(data, shape)
-        if flat.noise and _many_explained(flat):
-            explaining = _judged_flat(data, shape, ground, numbers, check)
-            if explaining is not None:
-                return explaining
+    noisy = _noisy(data, shape)
+    if noisy is not None and _many_explained(noisy):
+        explaining = _judged_flat(data, shape, ground, numbers, check)
+        if explaining is not None:
+            return explaining
     share, slopes, cores = flatness(pixels)
     if shading is not None and slopes > SOME_SLOPES and smoothness(pixels) >= CORE_SHARE:
         regions = smooth_regions(pixels, shading.price_in(pixels[..., 0].size), shading.kinds)
@@ -176,7 +174,13 @@ def _parts(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check
 
 @functools.lru_cache(maxsize=2)
 def _regions(data: bytes, shape: tuple[int, ...]) -> FlatRegions:
-    return flat_regions(np.frombuffer(data, np.float32).reshape(shape))
+    noisy = _noisy(data, shape)
+    return clean_regions(np.frombuffer(data, np.float32).reshape(shape)) if noisy is None else noisy
+
+
+@functools.lru_cache(maxsize=2)
+def _noisy(data: bytes, shape: tuple[int, ...]) -> FlatRegions | None:
+    return noisy_regions(np.frombuffer(data, np.float32).reshape(shape))
 
 
 def _most_regions(shape: tuple[int, ...]) -> float:

@@ -126,15 +126,30 @@ def _step(pixels: FloatArray) -> float:
 
 def flat_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions:
     """Cut a picture (H, W, C) into flat regions with resolved borders."""
+    noisy = noisy_regions(image, miss)
+    return clean_regions(image, miss) if noisy is None else noisy
+
+
+def noisy_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions | None:
+    """Return the flat regions of a picture with noise; None where there is none, or it is not flat but for it."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
     noise = noise_level(pixels)
     cores = noisy_cores(pixels, noise) if noise else None
     if cores is None:
-        noise, labels = 0.0, _cores(pixels, _step(pixels))
-        colors = means_of(labels, pixels)
-    else:
-        labels, colors, noise = cores
-        miss += MISS_OF_NOISE * noise
+        return None
+    labels, colors, noise = cores
+    return _resolved(pixels, labels, colors, miss + MISS_OF_NOISE * noise, noise)
+
+
+def clean_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions:
+    """Return the flat regions of a picture that is taken to have no noise."""
+    pixels: FloatArray = np.asarray(image, dtype=np.float64)
+    labels = _cores(pixels, _step(pixels))
+    return _resolved(pixels, labels, means_of(labels, pixels), miss, 0.0)
+
+
+def _resolved(pixels: FloatArray, labels: IntArray, colors: FloatArray, miss: float, noise: float) -> FlatRegions:
+    """Return the regions of some cores, by labels (H, W) and colours (K + 1, C), and of what these do not explain."""
     sure = len(colors)
     for round_number in range(ROUNDS):
         mixture = explain(pixels, labels, colors)
