@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from livecl.geometry.bezier import bernstein
 from livecl.geometry.polylines import unit
-from livecl.geometry.simplest import Course, Draft
+from livecl.geometry.simplest import Draft, MeasuredOutline
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -54,17 +54,17 @@ class Refined:
     smooth: NDArray[np.bool_]
 
 
-def refined(course: Course, draft: Draft, steps: int = STEPS) -> Refined:
+def refined(measured: MeasuredOutline, draft: Draft, steps: int = STEPS) -> Refined:
     """Make a draft smooth, and fit it to the outline."""
-    points, places = course.outline.points, course.lengths[:-1]
-    sizes = np.diff(course.lengths)
+    points, places = measured.outline.points, measured.lengths[:-1]
+    sizes = np.diff(measured.lengths)
     weights = (sizes + np.roll(sizes, 1)) / 2
-    weights[course.outline.corners] = 0
-    reach = (np.roll(draft.places, -1) - draft.places) % course.total
-    reach[reach == 0] = course.total
+    weights[measured.outline.corners] = 0
+    reach = (np.roll(draft.places, -1) - draft.places) % measured.total
+    reach[reach == 0] = measured.total
     order = np.argsort(draft.places)
     owner = order[np.searchsorted(draft.places[order], places, side="right") - 1]
-    t = np.clip(((places - draft.places[owner]) % course.total) / np.maximum(reach[owner], 1e-9), 0, 1)
+    t = np.clip(((places - draft.places[owner]) % measured.total) / np.maximum(reach[owner], 1e-9), 0, 1)
     chain = _Chain.of(draft, reach)
     ridge = RIDGE
     cubics = chain.cubics()
@@ -76,14 +76,14 @@ def refined(course: Course, draft: Draft, steps: int = STEPS) -> Refined:
         moved = chain.stepped(owner, rows * np.sqrt(weights)[:, None], misses * np.sqrt(weights), ridge)
         trial = moved.cubics()
         found = _reparametrized(trial, points, owner, t)
-        measured = _misses(trial, points, *found)
-        after = float((weights * measured[0] ** 2).sum())
+        missed = _misses(trial, points, *found)
+        after = float((weights * missed[0] ** 2).sum())
         if after >= error:
             ridge *= STIFFER
             continue
         settled = after > SETTLED * error
         chain, cubics, error = moved, trial, after
-        (owner, t), (misses, basis, normal) = found, measured
+        (owner, t), (misses, basis, normal) = found, missed
         if settled:
             break
     own = np.asarray(np.bincount(owner, weights * misses**2, len(cubics)), dtype=np.float64)

@@ -49,7 +49,7 @@ class Draft:
     price: float
 
 
-class Course:
+class MeasuredOutline:
     """A closed outline by its length: points, and candidate places of anchors."""
 
     def __init__(self, outline: Outline) -> None:
@@ -81,20 +81,20 @@ class Course:
         return np.asarray(found)
 
 
-def simplest_path(course: Course, prices: SegmentPrices) -> Draft:
+def simplest_path(measured: MeasuredOutline, prices: SegmentPrices) -> Draft:
     """Return the path of the smallest price along an outline; its corners are anchors."""
-    corners = course.lengths[course.outline.corners]
+    corners = measured.lengths[measured.outline.corners]
     if not len(corners):
-        return _loop(course, prices)
-    ends = np.array([*corners, corners[0] + course.total])
-    whole = _Fits(course, ends[:-1], ends[1:], prices)
+        return _loop(measured, prices)
+    ends = np.array([*corners, corners[0] + measured.total])
+    whole = _Fits(measured, ends[:-1], ends[1:], prices)
     # What costs no more than two lines without error is cheapest.
     open_ = whole.costs > 2 * prices.line
-    spans = [course.places(ends[k], ends[k + 1]) if open_[k] else ends[k : k + 2] for k in range(len(corners))]
+    spans = [measured.places(ends[k], ends[k + 1]) if open_[k] else ends[k : k + 2] for k in range(len(corners))]
     pairs = [np.stack(np.triu_indices(len(span), 1)) for span in spans]
     starts = np.concatenate([span[pair[0]] for span, pair in zip(spans, pairs, strict=True)])
     fits = _Fits(
-        course, starts, np.concatenate([span[pair[1]] for span, pair in zip(spans, pairs, strict=True)]), prices
+        measured, starts, np.concatenate([span[pair[1]] for span, pair in zip(spans, pairs, strict=True)]), prices
     )
     chosen, corner = [], []
     first, price = 0, 0.0
@@ -111,15 +111,15 @@ def simplest_path(course: Course, prices: SegmentPrices) -> Draft:
     return fits.draft(chosen, corner, price)
 
 
-def _loop(course: Course, prices: SegmentPrices) -> Draft:
+def _loop(measured: MeasuredOutline, prices: SegmentPrices) -> Draft:
     """Return the simplest path of an outline without corners: from its sharpest bend, then from an anchor of that."""
-    places = course.places(0.0, course.total)[:-1]
+    places = measured.places(0.0, measured.total)[:-1]
     while len(places) < 4:
-        places = np.linspace(0, course.total, 5)[:-1]
+        places = np.linspace(0, measured.total, 5)[:-1]
     count = len(places)
     starts, lengths = (grid.ravel() for grid in np.meshgrid(np.arange(count), np.arange(1, count), indexing="ij"))
     ends = starts + lengths
-    fits = _Fits(course, places[starts], places[ends % count] + course.total * (ends >= count), prices)
+    fits = _Fits(measured, places[starts], places[ends % count] + measured.total * (ends >= count), prices)
     table = fits.costs.reshape(count, count - 1)
     best: tuple[float, list[int]] | None = None
     first = int(np.argmax(table[:, max(1, count // 8) - 1]) + count // 16) % count
@@ -138,7 +138,7 @@ def _loop(course: Course, prices: SegmentPrices) -> Draft:
     return fits.draft(best[1], [False] * len(best[1]), best[0])
 
 
-def without_anchors(course: Course, draft: Draft, prices: SegmentPrices) -> list[tuple[float, float, Draft]]:
+def without_anchors(measured: MeasuredOutline, draft: Draft, prices: SegmentPrices) -> list[tuple[float, float, Draft]]:
     """Return the place of each anchor but corners, the rise of the price without it, the least first, and that path."""
     count = len(draft.places)
     if count < 3:
@@ -146,10 +146,10 @@ def without_anchors(course: Course, draft: Draft, prices: SegmentPrices) -> list
     numbers = np.flatnonzero(~draft.corners)
     before, after = (numbers - 1) % count, (numbers + 1) % count
     starts = draft.places[before]
-    ends = starts + (draft.places[after] - starts) % course.total
-    fits = _Fits(course, starts, ends, prices)
-    own_ends = draft.places + (np.roll(draft.places, -1) - draft.places) % course.total
-    own = _Fits(course, draft.places, own_ends, prices).costs
+    ends = starts + (draft.places[after] - starts) % measured.total
+    fits = _Fits(measured, starts, ends, prices)
+    own_ends = draft.places + (np.roll(draft.places, -1) - draft.places) % measured.total
+    own = _Fits(measured, draft.places, own_ends, prices).costs
     rises = fits.costs - own[before] - own[numbers]
     found = []
     for i in np.argsort(rises, kind="stable"):
@@ -168,10 +168,10 @@ def without_anchors(course: Course, draft: Draft, prices: SegmentPrices) -> list
 class _Fits(Segments):
     """Lines and cubics from some lengths of an outline (Q,) to others, and what the better of both costs."""
 
-    def __init__(self, course: Course, starts: FloatArray, ends: FloatArray, prices: SegmentPrices) -> None:
-        points = course.at(starts[:, None] + (ends - starts)[:, None] * SHARES)
+    def __init__(self, measured: MeasuredOutline, starts: FloatArray, ends: FloatArray, prices: SegmentPrices) -> None:
+        points = measured.at(starts[:, None] + (ends - starts)[:, None] * SHARES)
         super().__init__(points, ends - starts, prices)
-        self.starts, self._total = starts, course.total
+        self.starts, self._total = starts, measured.total
         self._ends = points[:, [0, -1]]
         self._straight = self.lines <= self.curves
         self.costs = np.minimum(self.lines, self.curves)

@@ -14,7 +14,7 @@ from livecl.geometry.crossings import CROSSING_AREA, crossing_area, polygon_cros
 from livecl.geometry.ellipses import ellipses_of
 from livecl.geometry.least_path import SegmentPrices
 from livecl.geometry.refinement import STEPS, refined
-from livecl.geometry.simplest import Course, Draft, simplest_path, without_anchors
+from livecl.geometry.simplest import Draft, MeasuredOutline, simplest_path, without_anchors
 from livecl.geometry.untangle import untangle
 
 FloatArray = NDArray[np.float64]
@@ -89,14 +89,14 @@ def _cheapest(points: FloatArray, outline: Outline, prices: SegmentPrices) -> Fl
     ellipse, cubics = _best_ellipse(points, prices)
     if cubics is not None and ellipse <= 2 * prices.curve and not len(outline.corners):  # no loop of curves costs less
         return cubics
-    course = Course(outline)
-    draft, path, price = _refined(course, simplest_path(course, prices), prices)
+    measured = MeasuredOutline(outline)
+    draft, path, price = _refined(measured, simplest_path(measured, prices), prices)
     vain: set[float] = set()
     while len(vain) < MOST_FAILURES:
-        for place, rise, less in without_anchors(course, draft, prices):
+        for place, rise, less in without_anchors(measured, draft, prices):
             if place in vain or rise > MOST_RISE * prices.curve:
                 continue
-            found = _refined(course, less, prices, TRIAL_STEPS)
+            found = _refined(measured, less, prices, TRIAL_STEPS)
             if found[2] < price:
                 draft, path, price = found
                 break
@@ -111,17 +111,17 @@ def _cheapest(points: FloatArray, outline: Outline, prices: SegmentPrices) -> Fl
 
 
 def _refined(
-    course: Course, draft: Draft, prices: SegmentPrices, steps: int = STEPS
+    measured: MeasuredOutline, draft: Draft, prices: SegmentPrices, steps: int = STEPS
 ) -> tuple[Draft, FloatArray, float]:
     """Return a draft with the refined path, that path's cubics, and its price.
 
     Joins get corners where the path misses the outline by more than a segment's price beside them.
     """
-    found = refined(course, draft, steps)
+    found = refined(measured, draft, steps)
     far = found.smooth & (found.errors + np.roll(found.errors, 1) > prices.line)
     if far.any():
         bent = dataclasses.replace(draft, corners=draft.corners | far)
-        again = refined(course, bent, steps)
+        again = refined(measured, bent, steps)
         if again.error + prices.line < found.error:
             draft, found = bent, again
     price = found.error + float(np.where(draft.straight, prices.line, prices.curve).sum())

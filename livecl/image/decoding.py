@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from livecl.errors import ImageError, readable
 from livecl.image.source import MAX_PIXELS, TOO_LARGE
 from livecl.image.srgb import in_srgb, other_profile, without_gamma
-from livecl.image.tiff import decode_deep_tiff, is_deep_tiff, scaled
+from livecl.image.tiff import decode_deep_tiff, is_deep_tiff, unit_floats
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -135,8 +135,8 @@ def _deep_png(data: bytes, image: ImageFile) -> tuple[FloatArray, FloatArray | N
         clear = np.all(pixels == np.array(image.info["transparency"], dtype=np.uint16), axis=2, keepdims=True)
         alpha = 1 - clear.astype(np.float32)
     elif pixels.shape[2] > num_colors:
-        alpha = scaled(pixels[..., num_colors:])
-    return scaled(pixels[..., :num_colors]), alpha
+        alpha = unit_floats(pixels[..., num_colors:])
+    return unit_floats(pixels[..., :num_colors]), alpha
 
 
 def _deep_grey(image: Image) -> tuple[FloatArray, FloatArray | None]:

@@ -76,7 +76,7 @@ def decode_deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
     num_colors = {0: 1, 1: 1, 2: 3}.get(photometric, 0)
     if not num_colors or pixels.ndim != 3 or pixels.shape[2] < num_colors or pixels.dtype.kind not in "buf":
         raise ImageError("a TIFF of neither grey nor RGB in unsigned or float numbers; save it as such, or as PNG")
-    numbers = scaled(pixels)
+    numbers = unit_floats(pixels)
     color: FloatArray = numbers[..., :num_colors]
     alpha: FloatArray | None = None
     if photometric == 0 and pixels.dtype.kind != "f":
@@ -91,7 +91,7 @@ def decode_deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
     return color, alpha, int(tags.get("Orientation", 1))
 
 
-def scaled(pixels: NDArray[Any]) -> FloatArray:
+def unit_floats(pixels: NDArray[Any]) -> FloatArray:
     """Return unsigned numbers as shares of the largest of their type, and floats as they are."""
     largest = float(np.iinfo(pixels.dtype).max) if pixels.dtype.kind == "u" else 1.0
     with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, which read_image refuses

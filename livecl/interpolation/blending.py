@@ -18,7 +18,7 @@ from livecl.errors import check_type
 from livecl.geometry import bezier
 from livecl.interpolation.alignment import CubicPaths, align
 from livecl.interpolation.fills import mix_geometry, paired_fills
-from livecl.interpolation.lines import CenterLine, align_lines
+from livecl.interpolation.lines import StrokeLine, align_lines
 from livecl.interpolation.matching import Match, match_layers
 
 #: Transitions of layers without a partner.
@@ -241,7 +241,7 @@ def _pair(first: _Layer, second: _Layer) -> tuple[_Layer, _Layer]:
     """Return two layers, both filled or both stroked, with subpaths, segments and stops that correspond."""
     if first.strokes.any:
         lines = [
-            [CenterLine(cubics, bool(opened)) for cubics, opened in zip(own.outline, own.strokes.is_open, strict=True)]
+            [StrokeLine(cubics, bool(opened)) for cubics, opened in zip(own.outline, own.strokes.is_open, strict=True)]
             for own in (first, second)
         ]
         aligned = align_lines(*lines)

@@ -28,7 +28,7 @@ ALONE = 0.05
 MARGIN = 0.1
 
 
-class CenterLine(NamedTuple):
+class StrokeLine(NamedTuple):
     """A line of a stroke: cubics (m, 4, 2), px, and whether it is open."""
 
     cubics: FloatArray
@@ -43,7 +43,7 @@ class _Way(NamedTuple):
     cut: int = 0
 
 
-def align_lines(first: list[CenterLine], second: list[CenterLine]) -> tuple[list[CenterLine], list[CenterLine]]:
+def align_lines(first: list[StrokeLine], second: list[StrokeLine]) -> tuple[list[StrokeLine], list[StrokeLine]]:
     """Return two lists of centre lines that correspond, of unchanged course.
 
     Lines that lie alike within their layers are matched. An open and a closed line are both open then: the closed one
@@ -52,12 +52,12 @@ def align_lines(first: list[CenterLine], second: list[CenterLine]) -> tuple[list
 
     Parameters
     ----------
-    first, second : list of CenterLine
+    first, second : list of StrokeLine
         Lines of one stroked layer each, at least one.
 
     Returns
     -------
-    first, second : list of CenterLine
+    first, second : list of StrokeLine
         Equal numbers of lines, with equal numbers of segments, both open or both closed.
     """
     offset = _center(second) - _center(first)
@@ -87,7 +87,7 @@ def _best_way(a: FloatArray, b: FloatArray, is_open: tuple[bool, bool]) -> _Way:
     return min(ways, key=lambda way: way.distance)
 
 
-def _paired(a: CenterLine, b: CenterLine, way: _Way) -> tuple[CenterLine, CenterLine]:
+def _paired(a: StrokeLine, b: StrokeLine, way: _Way) -> tuple[StrokeLine, StrokeLine]:
     """Return two lines of equal numbers of segments that begin where they belong together."""
     one, other, is_open = a.cubics, b.cubics, a.is_open or b.is_open
     if is_open and not b.is_open:
@@ -102,7 +102,7 @@ def _paired(a: CenterLine, b: CenterLine, way: _Way) -> tuple[CenterLine, Center
         count = max(len(one), len(other))
         one, other = subdivide(one, count), subdivide(other, count)
         other = np.roll(other, -best_shift(one, other)[0], axis=0)
-    return CenterLine(one, is_open), CenterLine(other, is_open)
+    return StrokeLine(one, is_open), StrokeLine(other, is_open)
 
 
 def _with_same_nodes(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -158,7 +158,7 @@ def _cut(cubics: FloatArray, step: int) -> FloatArray:
     return np.concatenate([after[None], cubics[index + 1 :], cubics[:index], before[None]])
 
 
-def _speck(line: CenterLine, others: list[CenterLine], offset: FloatArray) -> CenterLine:
+def _speck(line: StrokeLine, others: list[StrokeLine], offset: FloatArray) -> StrokeLine:
     """Return what stands for a line where it is absent: as many segments along a short piece of the nearest line."""
     middle = _samples(line.cubics).mean(axis=0) + offset
     sampled = [bezier.evaluate(other.cubics, np.linspace(0.25, 0.75, 9)) for other in others]
@@ -175,7 +175,7 @@ def _speck(line: CenterLine, others: list[CenterLine], offset: FloatArray) -> Ce
     knots = np.arange(count + 1) / count if line.is_open else there_and_back
     ends = place + (knots - 0.5)[:, None] * piece
     shares = np.arange(4)[:, None] / 3
-    return CenterLine(ends[:-1, None] + (ends[1:] - ends[:-1])[:, None] * shares, line.is_open)
+    return StrokeLine(ends[:-1, None] + (ends[1:] - ends[:-1])[:, None] * shares, line.is_open)
 
 
 def _samples(cubics: FloatArray) -> FloatArray:
@@ -194,7 +194,7 @@ def _lengths(cubics: FloatArray) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def _center(lines: list[CenterLine]) -> FloatArray:
+def _center(lines: list[StrokeLine]) -> FloatArray:
     """Return the middle of the box around the lines' control points: (2,), px."""
     bounds = bezier.hull_bounds(np.concatenate([line.cubics for line in lines]).reshape(-1, 2))
     return np.asarray((bounds[:2] + bounds[2:]) / 2)

@@ -23,7 +23,7 @@ from livecl.layering.contributions import (
     opacity_at_pixels,
     visible_shares,
 )
-from livecl.layering.neighbors import flat_regions, mergeable_pairs
+from livecl.layering.neighbors import flat_labels, mergeable_pairs
 from livecl.layering.stack import Window, window_of
 
 #: Most merges that are tried at a time, which bounds the time of pictures of very many layers.
@@ -75,7 +75,7 @@ def merge_neighbors(context: Context, drawing: Drawing, free: NDArray[np.bool_],
     either. The check is called before each try.
     """
     sources = np.arange(drawing.num_layers)
-    regions, risen = flat_regions(context.target), 0.0
+    regions, risen = flat_labels(context.target), 0.0
     alphas = layer_alphas(drawing, context.rasterizer)
     refused: set[tuple[int, int]] = set()
     trials = 0

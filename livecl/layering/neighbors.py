@@ -19,7 +19,7 @@ NEIGHBOR_DISTANCE = 2
 IntArray = NDArray[np.int32]
 
 
-def flat_regions(target: ArrayLike, difference: float = FLAT_DIFFERENCE) -> IntArray:
+def flat_labels(target: ArrayLike, difference: float = FLAT_DIFFERENCE) -> IntArray:
     """Return the flat region of each pixel: (H, W), numbered from 0.
 
     Two of the four neighbours are in one region if they differ by at most `difference` in every channel; regions are

@@ -19,7 +19,7 @@ from livecl.layering.contributions import (
     removal_changes,
     visible_shares,
 )
-from livecl.layering.neighbors import flat_regions, mergeable_pairs
+from livecl.layering.neighbors import flat_labels, mergeable_pairs
 from livecl.options import OPAQUE_FROM
 from livecl.rendering.rasterizer import Rasterizer
 
@@ -84,7 +84,7 @@ def measure_layers(drawing: Drawing, target: ArrayLike, rasterizer: Rasterizer |
     target = checked_target(drawing, target)
     alphas = layer_alphas(drawing, rasterizer)
     shares = visible_shares(alphas)
-    in_region = region_shares(shares, flat_regions(target))
+    in_region = region_shares(shares, flat_labels(target))
     return LayerMeasures(
         layers=drawing.num_layers,
         in_one_region=int(np.sum(in_region >= ONE_REGION_SHARE)),

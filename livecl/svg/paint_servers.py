@@ -32,7 +32,7 @@ _COMMON = ("gradientUnits", "gradientTransform", "spreadMethod", "transform-orig
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Filled:
+class FilledShape:
     """A shape filled by a gradient: its outline, the frame of the outline on the canvas, and its units.
 
     Attributes
@@ -84,14 +84,14 @@ class PaintServers:
         element = self._ids.get(identifier)
         return element is not None and tag_of(element) in _GEOMETRY
 
-    def fill(self, identifier: str, shape: Filled) -> Gradient | Rgba | None:
+    def fill(self, identifier: str, shape: FilledShape) -> Gradient | Rgba | None:
         """Return a shape's fill by a gradient; None for nothing, as without stops.
 
         Parameters
         ----------
         identifier : str
             Id of a gradient.
-        shape : Filled
+        shape : FilledShape
             The filled shape.
         """
         chain = self._chain(self._ids[identifier])
@@ -174,7 +174,7 @@ class PaintServers:
             return 0.0
         return min(max(value, 0.0), 1.0)
 
-    def _placed(self, chain: list[Element], stops: FloatArray, shape: Filled) -> Gradient | str | None:
+    def _placed(self, chain: list[Element], stops: FloatArray, shape: FilledShape) -> Gradient | str | None:
         """Return a gradient in px; "degenerate" where its last colour fills the shape; None where nothing does."""
         common = {name: element.get(name) for element in reversed(chain) for name in _COMMON if name in element.attrib}
         kind = tag_of(chain[0]) or ""

@@ -32,7 +32,7 @@ from livecl.svg.fill_rule import nonzero_from_even_odd
 from livecl.svg.gradients import Gradient, mean_color
 from livecl.svg.layer import Layer, LeftOut, is_upright, layer_name, overlap, reach_over, stage_match
 from livecl.svg.paint import background_color, count_left_out, is_stroked, opacity_of, parse_paint, solid_color
-from livecl.svg.paint_servers import Filled, PaintServers
+from livecl.svg.paint_servers import FilledShape, PaintServers
 from livecl.svg.pens import drawn, lines_of, pen_of
 from livecl.svg.style import StyleSheet, inherit
 
@@ -301,7 +301,7 @@ class Walker:
             self.left_out["colours of ICC profiles"] += 1
         if paint.server is not None and self._servers.knows(paint.server):
             opacity = here.opacity * opacity_of(here.style.get(f"{name}-opacity"))
-            shape = Filled(
+            shape = FilledShape(
                 outline=outline, matrix=here.matrix, viewport=here.viewport, units=here.units, opacity=opacity
             )
             fill = self._servers.fill(paint.server, shape)

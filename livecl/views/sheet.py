@@ -68,7 +68,7 @@ def stage_sheet(
     """
     from livecl.rendering.rasterizer import Rasterizer
 
-    pixels = checked_target(image, result.drawing)
+    pixels = checked_image(image, result.drawing)
     for name, value in (("cell", cell), ("columns", columns)):
         if value is not None:
             check_whole(name, value, 1)
@@ -180,7 +180,7 @@ def count_of(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def checked_target(image: ArrayLike, drawing: Drawing) -> FloatArray:
+def checked_image(image: ArrayLike, drawing: Drawing) -> FloatArray:
     """Return a picture as :func:`livecl.image.reading.as_image` does, if it is of the drawing's size."""
     pixels = as_image(image)
     if pixels.shape[:2] != drawing.size:

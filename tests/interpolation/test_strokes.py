@@ -13,7 +13,7 @@ from support.line_art import BLACK, BLUE, DRAWINGS, SIZE, arc, curve, drawing, l
 import livecl
 from livecl.geometry.bezier import evaluate
 from livecl.interpolation.blending import collapsed, correspond, interpolate
-from livecl.interpolation.lines import CenterLine, align_lines
+from livecl.interpolation.lines import StrokeLine, align_lines
 
 #: Mean square by which a line that waits on another may be seen: pixels of both edges, half covered, that are counted
 #: twice (docs/strokes.md) along a pen's width of 6 px, by colours that differ by .9.
@@ -115,9 +115,9 @@ def test_strokes_and_fills_do_not_become_each_other(match: str) -> None:
 
 def test_nodes_at_the_same_place_belong_together() -> None:
     """A corner moves along; what one line alone has is made on the other; dots and doubled nodes do no harm."""
-    a = CenterLine(_cubics(line((0, 0), (50, 0), (100, 0))), True)
-    b = CenterLine(_cubics(line((0, 0), (48, 0), (48, 52), (48, 52), (48, 70))), True)
-    dot = CenterLine(_cubics(line((5, 5), (5, 5))), True)
+    a = StrokeLine(_cubics(line((0, 0), (50, 0), (100, 0))), True)
+    b = StrokeLine(_cubics(line((0, 0), (48, 0), (48, 52), (48, 52), (48, 70))), True)
+    dot = StrokeLine(_cubics(line((5, 5), (5, 5))), True)
 
     for one, other in itertools.product((a, b, dot), repeat=2):
         (first,), (second,) = align_lines([one], [other])
@@ -128,14 +128,14 @@ def test_nodes_at_the_same_place_belong_together() -> None:
             assert np.abs(points[:, None] - course).max(axis=2).min(axis=1).max() < 0.03
             for place in given.cubics[:, 0]:
                 assert np.abs(own.cubics[:, 0] - place).max(axis=1).min() < 1e-9
-    straight, bent = align_lines([a], [CenterLine(b.cubics[:2], True)])
+    straight, bent = align_lines([a], [StrokeLine(b.cubics[:2], True)])
     np.testing.assert_allclose(straight[0].cubics[1, 0], (50, 0))
     np.testing.assert_allclose(bent[0].cubics[1, 0], (48, 0))
 
 
 def test_aligned_lines_keep_their_course() -> None:
-    a = [CenterLine(_cubics(arc(50, 50, 20)), False), CenterLine(_cubics(line((0, 0), (9, 3), (7, 30))), True)]
-    b = [CenterLine(_cubics(curve((0, 0), (30, 9), (50, 3), (60, 60))), True)]
+    a = [StrokeLine(_cubics(arc(50, 50, 20)), False), StrokeLine(_cubics(line((0, 0), (9, 3), (7, 30))), True)]
+    b = [StrokeLine(_cubics(curve((0, 0), (30, 9), (50, 3), (60, 60))), True)]
 
     first, second = align_lines(a, b)
 

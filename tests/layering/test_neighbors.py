@@ -10,7 +10,7 @@ from support.drawings import rectangle
 
 from livecl.drawing.drawing import Drawing
 from livecl.layering.contributions import layer_alphas, visible_shares
-from livecl.layering.neighbors import flat_regions, mergeable_pairs
+from livecl.layering.neighbors import flat_labels, mergeable_pairs
 from livecl.quality.layers import num_mergeable
 
 SIZE = (12, 16)
@@ -31,18 +31,18 @@ def test_flat_regions() -> None:
     target[:, 5:, 0] -= np.linspace(0, 0.15, 4)  # a slow gradient goes on in it
     target[0, 0] = 0.05  # just about the same
     target[3, 0, 2] = 0.06  # one channel differs
-    regions = flat_regions(target)
+    regions = flat_labels(target)
     assert len(np.unique(regions)) == 3
     assert len(np.unique(regions[:, 3:])) == 1
     assert regions[0, 0] == regions[0, 2] != regions[3, 0]
 
 
 def test_flat_regions_are_not_joined_across_corners() -> None:
-    assert len(np.unique(flat_regions(np.eye(2)[..., None] * np.ones(3)))) == 4
+    assert len(np.unique(flat_labels(np.eye(2)[..., None] * np.ones(3)))) == 4
 
 
 def test_one_pixel_is_one_region() -> None:
-    assert flat_regions(np.zeros((1, 1, 3))).tolist() == [[0]]
+    assert flat_labels(np.zeros((1, 1, 3))).tolist() == [[0]]
 
 
 def test_mergeable_pairs() -> None:

@@ -12,7 +12,7 @@ from support.drawings import polygon, rectangle
 from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.drawing import Drawing
 from livecl.layering.contributions import layer_alphas, visible_shares
-from livecl.layering.neighbors import flat_regions
+from livecl.layering.neighbors import flat_labels
 from livecl.quality.layers import (
     LayerMeasures,
     measure_layers,
@@ -49,7 +49,7 @@ def test_region_shares() -> None:
         (rectangle(12, 4, 16, 8), opacity(RED, 0.5)),  # visible nowhere: one half is not more than it
     )
     shares = visible_shares(layer_alphas(drawing))
-    assert region_shares(shares, flat_regions(target)) == pytest.approx([1, 0.8, 0])
+    assert region_shares(shares, flat_labels(target)) == pytest.approx([1, 0.8, 0])
 
 
 def test_nearly_opaque() -> None:

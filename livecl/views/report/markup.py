@@ -145,18 +145,17 @@ def facts_table(facts: Mapping[str, object]) -> str:
     return f'<table class="words">\n<tbody>\n{rows}\n</tbody>\n</table>'
 
 
-def psnr(mse: float) -> str:
+def psnr_text(mse: float) -> str:
     """Return a mean squared error as a peak signal-to-noise ratio, dB, in figures."""
     return f"{-10 * math.log10(mse):.1f}" if mse > 0 else "∞"
 
 
 def stage_table(stages: Sequence[Stage]) -> str:
     """Return the table of the stages."""
-    rows = [
-        ("", [*map(str, (index, stage.paths)), f"{stage.mse:.3g}", psnr(stage.mse), str(stage.iterations), seconds])
-        for index, stage in enumerate(stages, start=1)
-        for seconds in [f"{stage.seconds:.2f}"]
-    ]
+    rows = []
+    for index, stage in enumerate(stages, start=1):
+        figures = f"{stage.mse:.3g}", psnr_text(stage.mse), str(stage.iterations), f"{stage.seconds:.2f}"
+        rows.append(("", [str(index), str(stage.paths), *figures]))
     return table(("Stage", "Paths", "MSE", "PSNR, dB", "Iterations", "Seconds"), rows, 'id="stages"')
 
 

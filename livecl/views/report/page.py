@@ -20,7 +20,7 @@ from livecl.run.result import Result
 from livecl.views.report import markup
 from livecl.views.report.measures import differences, layer_facts, page_size
 from livecl.views.report.sections import layer_section, run_section, stage_section
-from livecl.views.sheet import checked_target, count_of
+from livecl.views.sheet import checked_image, count_of
 
 #: Longer side, px, below which a picture is shown in squares.
 TINY = 100
@@ -82,7 +82,7 @@ def format_report(
     """
     from livecl.rendering.rasterizer import Rasterizer
 
-    pixels = checked_target(image, result.drawing)
+    pixels = checked_image(image, result.drawing)
     size = page_size(result.drawing)
     shown = reduced(pixels, size)
     rasterizer = Rasterizer(size, device)
@@ -135,7 +135,7 @@ def _summary(result: Result) -> str:
     parts = [
         count_of(result.drawing.num_layers, "layer"),
         f"MSE {result.mse:.3g}",
-        f"PSNR {markup.psnr(result.mse)} dB",
+        f"PSNR {markup.psnr_text(result.mse)} dB",
         f"{len(result.svg.encode()):,} bytes of SVG".replace(",", "\N{NO-BREAK SPACE}"),
         f"{width} × {height} px",
         f"{result.seconds:.1f} s",
