@@ -150,7 +150,8 @@ class Revise:
     merging_loss : float
         Rise of the mean squared error that merges may cost: the path that each sets free may be worth more.
     max_failures : int
-        Revisions in a row that may fail before the run ends: one with merges and one without.
+        Revisions in a row that may come to nothing before the run ends: one with merges and one without. One that
+        lowers the error by less than the layers that it replaces must be worth (`Options.prune`) is kept and counts.
 
     Notes
     -----
@@ -183,16 +184,23 @@ class Revise:
 
     def end(self, run: Work) -> bool:
         """Keep a drawing that is better by enough; count failures."""
+        before = run.progress.fallback
         kept = run.keep_if_better(self.min_improvement)
-        run.progress.failures = 0 if kept else run.progress.failures + 1
+        gain = before.error - run.visible_mse(run.state.drawing) if kept and before is not None else 0.0
+        worth = self._share_of(run.state.drawing.num_layers) * max(run.options.prune, run.options.path_gain)
+        run.progress.failures = 0 if kept and gain >= worth else run.progress.failures + 1
         return kept
+
+    def _share_of(self, num_layers: int) -> int:
+        """Return how many of some layers are replaced."""
+        return max(1, num_layers // self.share)
 
     def _replaced(self, run: Work) -> NDArray[np.intp]:
         """Return the layers to replace: the least useful, after failures the next ones in that order."""
         state = run.state
         order = least_useful(run, state.drawing)
         order = order[state.free[order]]
-        count = min(len(order), max(1, state.drawing.num_layers // self.share))
+        count = min(len(order), self._share_of(state.drawing.num_layers))
         start = run.progress.failures * count % max(1, len(order) - count + 1)
         return order[start : start + count]
 

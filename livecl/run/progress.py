@@ -40,7 +40,7 @@ class Progress:
     asked : int
         Paths that the stages begun so far were to add: revisions keep their number.
     failures : int
-        Revisions in a row that did not lower the error.
+        Revisions in a row that came to nothing, or hardly anything.
     error : float
         Visible mean squared error after the last stage, where `Options.target_mse` or `Options.path_gain` need it.
     fallback : Fallback or None

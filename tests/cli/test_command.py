@@ -273,3 +273,16 @@ def test_threads_change_nothing_but_the_cores(folder: Path) -> None:
         assert subprocess.run(script, env={**os.environ, "PYTHONPATH": str(ROOT)}, check=False).returncode == 0
     assert Path("1.svg").read_bytes() == Path("2.svg").read_bytes()
     assert cli.main(["in.png", "-o", "3.svg", "--threads", "0"]) == 2
+
+
+@pytest.mark.parametrize(("given", "taken"), [(None, "1"), ("3", "3")])
+def test_linear_algebra_has_one_thread_unless_told(given: str | None, taken: str) -> None:
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    if given is not None:
+        environment["OPENBLAS_NUM_THREADS"] = given
+    script = (
+        "import livecl.cli, os, sys; early = 'numpy' not in sys.modules; import livecl.cli.command; "
+        "print(early, os.environ['OPENBLAS_NUM_THREADS'])"
+    )
+    found = subprocess.run([sys.executable, "-c", script], env=environment, cwd=ROOT, capture_output=True, check=True)
+    assert found.stdout.decode().split() == ["True", taken]

@@ -24,20 +24,23 @@ from livecl.training.state import FREE, KEPT, LOCKED
 QUICK = Options(placement="region", iterations=1, prune=0.0)
 
 
-@pytest.mark.parametrize(("share", "kept"), [(1.01, True), (0.99, False)])
-def test_a_revision_is_kept_if_it_lowers_the_error_by_enough(
-    share: float, kept: bool, device: int, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("share", "prune", "kept", "failures"), [(1.01, 0.0, True, 0), (1.01, 3e-4, True, 2), (0.99, 0.0, False, 2)]
+)
+def test_a_revision_is_kept_if_it_lowers_the_error_by_enough_and_counts_if_that_is_worth_a_layer(
+    share: float, prune: float, kept: bool, failures: int, device: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     after = 1 - share * Revise.min_improvement
     run = started([FREE] * 4, device)
+    run.options = dataclasses.replace(run.options, prune=prune)
     before, run.progress.failures = run.state.drawing, 1
     assert run.begin()
     assert run.progress.fallback is not None and run.progress.fallback.drawing is before
     revised = run.state.drawing
     run.progress.fallback = dataclasses.replace(run.progress.fallback, error=0.1)
-    scripted(run, [0.1 * after], monkeypatch)
+    scripted(run, [0.1 * after] * (2 if kept else 1), monkeypatch)
     assert run.end() == kept
-    assert run.progress.failures == (0 if kept else 2)
+    assert run.progress.failures == failures
     assert run.state.drawing is (revised if kept else before)
     assert run.progress.fallback is None and run.state.stage == 3 and not run.progress.placed
     assert len(run.state.pieces) == run.state.drawing.num_segments == len(run.state.points.mean)
