@@ -3,10 +3,14 @@
 
 from __future__ import annotations
 
-from livecl.batch.summary import Outcome
+from typing import TYPE_CHECKING
+
 from livecl.cli.messages import complain, say
 from livecl.cli.progress import BatchProgress
 from livecl.cli.request import BatchJob
+
+if TYPE_CHECKING:
+    from livecl.batch.summary import Outcome
 
 
 def run_batch(job: BatchJob) -> bool:

@@ -9,14 +9,12 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.batch.batch import Batch, Workers
 from livecl.batch.inputs import is_pattern
-from livecl.batch.worker import Work
 from livecl.cli.arguments import layers_of
 from livecl.cli.method import given_options
 from livecl.cli.outputs import OUTPUTS, STANDARD, Output, check_outputs
@@ -29,7 +27,9 @@ from livecl.run.checkpoint import is_checkpoint
 from livecl.run.control import Control
 from livecl.run.recipe import Recipe
 from livecl.schedule import DEFAULT_PATHS
-from livecl.svg import read_svg
+
+if TYPE_CHECKING:
+    from livecl.batch.batch import Batch
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -118,7 +118,11 @@ def checked(arguments: argparse.Namespace) -> Job | BatchJob:
 def recipe_of(arguments: argparse.Namespace) -> Recipe:
     """Return the recipe: paths, options and size for each picture."""
     paths, schedule = arguments.paths, arguments.schedule
-    start = None if arguments.start is None else read_svg(arguments.start)
+    start = None
+    if arguments.start is not None:
+        from livecl.svg import read_svg
+
+        start = read_svg(arguments.start)
     if paths is None and schedule is None and start is None:
         paths = PRESET_PATHS.get(arguments.preset)
     if arguments.preset == "diffvg" and schedule is None and start is None:
@@ -222,6 +226,9 @@ def _checked_batch(arguments: argparse.Namespace, recipe: Recipe) -> BatchJob:
             raise ValueError(f"--{option}: goes with one picture; a folder of SVGs goes on by itself where it was left")
     if recipe.masks is not None:
         raise ValueError("--masks: goes with one picture, and there are several, or a folder")
+    from livecl.batch.batch import Batch, Workers
+    from livecl.batch.worker import Work
+
     work = Work(recipe, arguments.device, arguments.time_limit)
     workers = Workers(arguments.workers, arguments.threads or 1, arguments.scheduler)
     batch = Batch(arguments.inputs, arguments.output, work, workers, skip_done=not arguments.redo)

@@ -8,7 +8,8 @@ import itertools
 import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Literal, TypeVar, get_args
-from xml.sax.saxutils import quoteattr
+
+from livecl.svg.markup import quoteattr
 
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 from typing import TYPE_CHECKING, Literal, get_args
-from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from livecl.drawing.strokes import DEFAULT_MITER_LIMIT
 from livecl.files import write_atomically
 from livecl.geometry.strokes import CAPS, JOINS
 from livecl.svg.groups import GroupKind, format_members, group_ids, groups_of, unique_ids
+from livecl.svg.markup import escape, quoteattr
 from livecl.svg.outline_data import MAX_PRECISION, format_outline, rounded_points
 from livecl.svg.primitives import Primitive, primitive_of
 from livecl.svg.servers import PaintServer, format_decimal, format_gradients, without_plain_gradients

@@ -136,6 +136,12 @@ def test_import_is_light() -> None:
     assert run(sys.executable, "-c", script, cwd=ROOT).split() == []
 
 
+def test_the_command_loads_what_one_picture_needs() -> None:
+    others = {"pyopencl", "scipy", "skimage", "tinycss2", "multiprocessing", "http", "ssl", "email", "PIL"}
+    script = f"import sys, livecl.cli.command; print(*sorted({others} & set(sys.modules)))"
+    assert run(sys.executable, "-c", script, cwd=ROOT).split() == []
+
+
 @pytest.mark.parametrize(
     "source", sorted((ROOT / "examples" / "sources").glob("*.svg")), ids=lambda source: source.stem
 )
