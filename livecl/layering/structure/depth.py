@@ -31,6 +31,9 @@ GROUND_AROUND = 0.7
 #: `EVEN_HOLE` is one, and from which on only letters have holes. Their filled area is smaller than this share of the
 #: picture, or of their convex hull.
 EVEN, EVEN_HOLE, UNEVEN, LETTER, CONVEX = 0.2, 0.1, 0.3, 0.02, 0.85
+#: Deviation up to which a hole of an outline that has this share of its convex hull is one whatever its shape; else it
+#: must have that of the outline, both stretched to one box: least overlap of the two.
+EVEN_ANYHOW, PLATE, ONE_SHAPE = 0.1, 0.97, 0.9
 #: Holes of a lattice, and their share of it from which on one sees through.
 LATTICE, THROUGH_LATTICE = 5, 0.15
 #: Share of what lines that cross surround that they cover themselves, at most: a plate with many marks covers more.
@@ -88,8 +91,9 @@ def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
 def _seen_through(outlines: Outlines, inner: int, around: int) -> bool:
     """Whether a region of the ground's colour is seen through a hole of the one around it, and not a shape on it.
 
-    Of a ring, a frame or a stroke that closes, the hole runs along the outline at an even distance; a light shape on a
-    disc or a square does not. Letters have uneven holes too: they are small, or far from convex.
+    Of a ring, a frame or a stroke that closes, the hole runs along the outline at an even distance, or is a smaller one
+    like it; a light shape on a disc or a square is neither. Letters have uneven holes too: they are small, or far from
+    convex.
     """
     contours = outlines.of((around,))
     outer = contours[0]
@@ -100,9 +104,25 @@ def _seen_through(outlines: Outlines, inner: int, around: int) -> bool:
     share = float(outlines.regions.sizes[inner]) / filled
     distance = _distances(outlines.outer(inner).points, outer.points)
     unevenness = float(distance.std() / max(float(distance.mean()), 1e-9))
-    if share <= GROUND_THROUGH_HOLES or unevenness < UNEVEN:
-        return share > (EVEN_HOLE if unevenness < EVEN else GROUND_THROUGH_HOLES)
-    return filled < LETTER * outlines.regions.labels.size or filled < CONVEX * _hull_area(outer.points)
+    if share <= (EVEN_HOLE if unevenness < EVEN else GROUND_THROUGH_HOLES):
+        return False
+    hull = _hull_area(outer.points)
+    if filled < LETTER * outlines.regions.labels.size or filled < CONVEX * hull:
+        return True
+    even = unevenness < (EVEN_ANYHOW if filled >= PLATE * hull else UNEVEN)
+    return even or (unevenness < UNEVEN and _one_shape(outlines.outer(inner).points, outer.points))
+
+
+def _one_shape(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two outlines (n, 2), (m, 2) are about the same, each stretched to the same box."""
+    from skimage.draw import polygon2mask
+
+    side = 64
+    masks = [
+        polygon2mask((side, side), (side * (points - points.min(axis=0)) / np.ptp(points, axis=0)) - 0.5)
+        for points in (one, other)
+    ]
+    return bool(np.sum(masks[0] & masks[1]) >= ONE_SHAPE * np.sum(masks[0] | masks[1]))
 
 
 def _distances(points: FloatArray, others: FloatArray) -> FloatArray:

@@ -159,6 +159,21 @@ def test_a_light_triangle_on_a_plate_is_a_shape_on_a_white_page_too() -> None:
     check(picture((plate, RED), (triangle, WHITE)), (plate, RED), (triangle, WHITE))
 
 
+def test_a_light_shape_unlike_its_plate_is_no_hole_though_it_is_central() -> None:
+    plate = box(14, 8, 74, 88)  # the distance of the ellipse from its sides deviates by about a seventh
+    ellipse = np.hypot((X - 44) / 18, (Y - 48) / 24) <= 1
+    button, play = disc(48, 48, 40), (X >= 37) & (np.abs(Y - 48) <= (69 - X) * 20 / 32)
+    for ground, light in ((plate, ellipse), (button, play)):
+        check(picture((ground, RED), (light, WHITE)), (ground, RED), (light, WHITE))
+
+
+def test_a_counter_like_its_letter_shows_the_page() -> None:
+    letter = (np.hypot((X - 48) / 30, (Y - 48) / 38) <= 1) & (np.hypot((X - 48) / 14, (Y - 48) / 24) > 1)
+    check(picture((letter, BLUE)), (letter, BLUE))
+    nut = (np.abs(Y - 48) <= 30) & (np.abs(X - 48) * np.sqrt(3) + np.abs(Y - 48) <= 60) & ~disc(48, 48, 18)
+    check(picture((nut, BLUE)), (nut, BLUE))  # evenly around it, whatever its shape
+
+
 def test_a_small_even_hole_shows_the_page() -> None:
     bow, shaft = disc(30, 48, 18), box(44, 44, 86, 52)
     key = (bow & ~disc(30, 48, 9)) | (shaft & ~bow)
