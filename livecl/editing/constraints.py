@@ -77,6 +77,8 @@ class Joins:
         Anchors at which two segments, one of them a curve, join smoothly.
     turns : (M,) float64
         Sine of the angle at each anchor.
+    level : two lists of (k,) int
+        Anchors that share x, along plumb lines, and y, along level ones.
     """
 
     def __init__(self, points: FloatArray, following: IntArray, rows: BoolArray, slack: Slack = EXACT) -> None:
@@ -90,7 +92,7 @@ class Joins:
         reach = np.maximum(slack.along * lengths, slack.straight)
         self.lines = rows & (across <= slack.straight) & (np.abs(thirds).max(axis=1) <= reach) & (lengths > SHORT)
         limits = np.minimum(slack.level, np.maximum(slack.tilt * lengths, EXACT.level))
-        self._groups = [_groups(self.lines & (np.abs(chords[:, axis]) <= limits), following) for axis in (0, 1)]
+        self.level = [_groups(self.lines & (np.abs(chords[:, axis]) <= limits), following) for axis in (0, 1)]
         self._before = np.empty(len(points), np.int64)
         self._before[following] = np.arange(len(points))
         into, out = self._steps(points)
@@ -122,7 +124,7 @@ class Joins:
 
     def hold(self, points: FloatArray) -> None:
         """Move points (M, 3, 2) to where lines are lines and smooth joins smooth."""
-        for axis, groups in enumerate(self._groups):
+        for axis, groups in enumerate(self.level):
             for members in groups:
                 points[members, 0, axis] = points[members, 0, axis].mean()
         into, out = self._steps(points)
@@ -139,7 +141,11 @@ class Joins:
 
 
 class Constraints:
-    """Nearest points that keep a drawing's lines, joins and shapes.
+    """Coordinates of a drawing's points that keep its lines, joins and shapes whatever they are.
+
+    They are anchors, of which level and plumb lines share one coordinate; from each anchor, the two handles, which at a
+    smooth join are two lengths along one direction, which turns; and position and size of shapes. Handles of lines, and
+    directions beside lines and along the axes, follow.
 
     Parameters
     ----------
@@ -150,31 +156,114 @@ class Constraints:
 
     Attributes
     ----------
-    points : (M, 3, 2) float64
-        The drawing's points, shapes beginning where the reader lets them begin.
+    start : (M, 3, 2) float64
+        The drawing's coordinates, px. Of each segment: its anchor; the handle after that, or at a smooth join its
+        length and an arc of the direction's turn; and the same of the handle before. Of a shape, the changes of its
+        numbers in the first places of its rows, and zeros.
     """
 
     def __init__(self, drawing: Drawing, free: BoolArray) -> None:
         points = drawing.points.copy()
         rows = free[drawing.segment_layers]
+        self._fixed = points
         self._held = ~rows
         self._shapes = []
         for layer, shape in primitives(drawing, 9).items():
             if free[layer]:
                 taken = slice(*drawing.segment_offsets[layer : layer + 2])
                 points[taken], rows[taken] = shape.points, False
-                self._shapes.append((taken, _projector(shape)))
-        self.points = points
-        self._joins = Joins(points, drawing.next_segments, rows)
+                self._shapes.append((taken, _changes(shape)))
+        self._next = drawing.next_segments
+        self._before = np.empty(len(points), np.int64)
+        self._before[self._next] = np.arange(len(points))
+        joins = Joins(points, self._next, rows)
+        self._smooth, self._lines, self._level = joins.smooth, joins.lines, joins.level
+        self._line_before = joins.lines[self._before]
+        self._ways = joins.directions(points)
+        self._turning = joins.smooth & ~self._lines & ~self._line_before & (np.abs(self._ways).min(axis=1) > 0)
+        self._rows = rows
+        out, back = points[:, 1] - points[:, 0], points[:, 0] - points[self._before, 2]
+        lengths = [np.maximum((handle * self._ways).sum(axis=1), SHORT) for handle in (out, back)]
+        self._reach = np.maximum(np.maximum(*lengths), SHORT)
+        self.start = np.stack([points[:, 0], out, back], axis=1)
+        for handle, length in zip((1, 2), lengths, strict=True):
+            along = np.stack([length, np.zeros(len(points))], axis=1)
+            self.start[:, handle] = np.where(self._smooth[:, None], along, self.start[:, handle])
+        self._share(self.start[:, 0])
+        for taken, _ in self._shapes:
+            self.start[taken] = 0.0
 
-    def held(self, points: FloatArray) -> FloatArray:
-        """Return points (M, 3, 2) moved to where all constraints hold."""
-        points = points.copy()
-        points[self._held] = self.points[self._held]
-        for rows, projector in self._shapes:
-            points[rows] = (projector @ points[rows].reshape(-1)).reshape(-1, 3, 2)
-        self._joins.hold(points)
+    def _share(self, anchors: FloatArray) -> None:
+        """Give coordinates of anchors (M, 2) that level and plumb lines share their mean."""
+        for axis, groups in enumerate(self._level):
+            for members in groups:
+                anchors[members, axis] = anchors[members, axis].mean()
+
+    def _directions(self, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the directions at smooth joins, (M, 2), and the distances of the anchors before and after, (2, M)."""
+        angle = np.where(self._turning, coordinates[:, 1, 1] / self._reach, 0.0)
+        turned = np.cos(angle)[:, None] * self._ways + np.sin(angle)[:, None] * _turned(self._ways)
+        anchors = coordinates[:, 0]
+        steps = anchors - anchors[self._before], anchors[self._next] - anchors
+        lengths = np.maximum(np.hypot(*np.moveaxis(np.stack(steps), -1, 0)), 1e-12)
+        for step, length, beside in zip(steps, lengths, (self._line_before, self._lines), strict=True):
+            turned = np.where(beside[:, None], step / length[:, None], turned)
+        return turned, lengths
+
+    def points(self, coordinates: FloatArray) -> FloatArray:
+        """Return the points (M, 3, 2) of coordinates (M, 3, 2), px."""
+        anchors, out, back = np.moveaxis(coordinates, 1, 0)
+        ways, _ = self._directions(coordinates)
+        smooth = self._smooth[:, None]
+        out, back = (np.where(smooth, np.maximum(handle[:, :1], SHORT) * ways, handle) for handle in (out, back))
+        ends = anchors[self._next]
+        lines, step = self._lines[:, None], (ends - anchors) / 3
+        first = np.where(lines, anchors + step, anchors + out)
+        last = np.where(lines, ends - step, ends - back[self._next])
+        points = np.stack([anchors, first, last], axis=1)
+        points[~self._rows] = self._fixed[~self._rows]
+        for taken, changes in self._shapes:
+            found = coordinates[taken].ravel()[: len(changes)]
+            points[taken] = self._fixed[taken] + np.tensordot(found, changes, 1)
         return points
+
+    def gradient(self, coordinates: FloatArray, d_points: FloatArray) -> FloatArray:
+        """Return the derivatives by coordinates of what has the derivatives d_points (M, 3, 2) by points.
+
+        Of coordinates that several anchors share each has the mean.
+        """
+        anchors, before, smooth = d_points[:, 0].copy(), self._before, self._smooth
+        lines, line_before = self._lines, self._line_before
+        first, last = d_points[:, 1], d_points[before, 2]
+        # Handles of lines lie at their thirds; the others move with their anchor.
+        anchors += np.where(lines[:, None], (2 * first + d_points[:, 2]) / 3, first)
+        anchors += np.where(line_before[:, None], (d_points[before, 1] + 2 * last) / 3, last)
+        first, last = np.where(lines[:, None], 0.0, first), -np.where(line_before[:, None], 0.0, last)
+        ways, lengths = self._directions(coordinates)
+        across = _turned(ways)
+        torque = np.where(smooth, coordinates[:, 1, 0] * (first * across).sum(axis=1), 0.0)
+        torque += np.where(smooth, coordinates[:, 2, 0] * (last * across).sum(axis=1), 0.0)
+        for beside, other, length, sign in ((line_before, before, lengths[0], 1), (lines, self._next, lengths[1], -1)):
+            k = np.flatnonzero(smooth & beside)
+            turn = sign * (torque / length)[k, None] * across[k]
+            np.add.at(anchors, k, turn)
+            np.add.at(anchors, other[k], -turn)
+        along = [np.stack([(handle * ways).sum(axis=1), np.zeros(len(ways))], axis=1) for handle in (first, last)]
+        along[0][:, 1] = np.where(self._turning, torque / self._reach, 0.0)
+        first, last = (np.where(smooth[:, None], *pair) for pair in zip(along, (first, last), strict=True))
+        self._share(anchors)
+        found = np.stack([anchors, first, last], axis=1)
+        found[~self._rows] = 0.0
+        for taken, changes in self._shapes:
+            own = found[taken].ravel()
+            own[: len(changes)] = np.tensordot(changes, d_points[taken], 3)
+            found[taken] = own.reshape(-1, 3, 2)
+        return found
+
+
+def _turned(vectors: FloatArray) -> FloatArray:
+    """Return vectors (n, 2) turned by a right angle."""
+    return np.stack([-vectors[:, 1], vectors[:, 0]], axis=1)
 
 
 def _groups(level: BoolArray, following: IntArray) -> list[IntArray]:
@@ -191,10 +280,10 @@ def _groups(level: BoolArray, following: IntArray) -> list[IntArray]:
     return [np.array(sorted(group)) for group in unique.values()]
 
 
-def _projector(shape: Primitive) -> FloatArray:
-    """Return the projection of an outline's numbers, (6 m, 6 m), onto the outlines of shapes of its kind.
+def _changes(shape: Primitive) -> FloatArray:
+    """Return how the outline of a shape changes with its position, size and radius, by 1 px each at most: (k, m, 3, 2).
 
-    Outlines are linear in position, size and radius, an angle being given; so their differences span them.
+    Outlines are linear in them, an angle being given.
     """
     size = {name: float(value) for name, value in shape.attributes.items() if name != "transform"}
     ones = np.zeros((2, len(shape.points), 3, 2))
@@ -218,5 +307,6 @@ def _projector(shape: Primitive) -> FloatArray:
             angle = np.radians(turn[0])
             rotation = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
             changes = [change @ rotation for change in changes]
-    basis = np.array([*ones, *changes]).reshape(len(changes) + 2, -1).T
-    return np.asarray(basis @ np.linalg.pinv(basis))
+    every = np.array([*ones, *changes])
+    sizes = np.abs(every).max(axis=(1, 2, 3), keepdims=True)
+    return np.asarray((every / np.where(sizes, sizes, 1.0))[sizes.ravel() > 1e-9])

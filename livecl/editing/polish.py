@@ -13,7 +13,7 @@ from livecl.training.adam import Adam, settling
 
 #: Steps, Adam's step at first, px, and share of it left at the end.
 STEPS, RATE, LEFT = 60, 0.12, 0.1
-#: Share of the largest gradient under which the picture does not decide on a control point: it stays where it is.
+#: Share of the largest gradient under which the picture does not decide on a coordinate: it stays as it is.
 DECIDED = 2e-3
 
 
@@ -22,21 +22,21 @@ def polished(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Dra
     constraints = Constraints(drawing, free)
     rasterizer = context.rasterizer
     target, ones = rasterizer.upload(context.target), rasterizer.upload(np.ones(context.target.shape[:2]))
-    points, best = constraints.points, (np.inf, drawing.points)
-    adam, still = Adam.start(points.shape), np.zeros(points.shape[:2], bool)
+    coordinates, best = constraints.start, (np.inf, drawing.points)
+    adam, still = Adam.start(coordinates.shape), np.zeros(coordinates.shape, bool)
     pieces = rasterizer.pieces(drawing)
     for step in range(STEPS + 1):
         context.check()
+        points = constraints.points(coordinates)
         moved = drawing.moved(points, drawing.colors, drawing.background)
         loss, gradients = rasterizer.loss_and_gradients(moved, target, ones, pieces)
         if loss < best[0]:
             best = loss, points
         if not np.isfinite(gradients.points).all():
             break
-        sizes = np.abs(gradients.points).max(axis=2)
+        slopes = constraints.gradient(coordinates, gradients.points)
         if step == 0:
-            still = sizes <= DECIDED * sizes.max(initial=0.0)
-        gradients.points[still] = 0
-        rate = RATE * settling(step / STEPS, LEFT)
-        points = constraints.held(points + adam.step(gradients.points, rate))
+            still = np.abs(slopes) <= DECIDED * np.abs(slopes).max(initial=0.0)
+        slopes[still] = 0
+        coordinates = coordinates + adam.step(slopes, RATE * settling(step / STEPS, LEFT))
     return drawing.replace(points=best[1])

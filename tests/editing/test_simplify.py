@@ -162,18 +162,23 @@ def test_what_is_taken_back_is_tidied(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(re.findall("[hH]", data)) == 3 and len(re.findall("[vV]", data)) >= 1
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_constraints_hold_after_any_move(seed: int) -> None:
-    """Lines, level and plumb ones, smooth joins, circles and boxes, under moves of 1 px; and nothing moves a point."""
-    drawing = read_svg(
+def constrained() -> Drawing:
+    """Return lines, level and plumb ones, smooth joins, circles and boxes."""
+    return read_svg(
         b'<svg width="120" height="90"><path d="M10 10h40v30c0 10-10 20-20 20s-20-5-20-15z"/>'
         b'<circle cx="80" cy="40" r="20"/><rect x="60" y="62" width="40" height="20" rx="5"/>'
         b'<ellipse cx="20" cy="75" rx="12" ry="6" transform="rotate(20 20 75)"/></svg>'
     )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_constraints_hold_after_any_move(seed: int) -> None:
+    """Of coordinates by 1 px along a gradient, which is the same for those that are shared."""
+    drawing = constrained()
     constraints = Constraints(drawing, np.ones(4, bool))
-    np.testing.assert_allclose(constraints.held(drawing.points), drawing.points, atol=1e-8)
-    moves = np.random.default_rng(seed).normal(0, 1, drawing.points.shape)
-    moved = drawing.replace(points=constraints.held(drawing.points + moves))
+    np.testing.assert_allclose(constraints.points(constraints.start), drawing.points, atol=1e-8)
+    moves = constraints.gradient(constraints.start, np.random.default_rng(seed).normal(0, 1, drawing.points.shape))
+    moved = drawing.replace(points=constraints.points(constraints.start + moves))
     assert np.abs(moved.points - drawing.points).max() > 0.3
     svg = format_svg(moved)
     assert [svg.count(tag) for tag in ("<path", "<circle", "<rect id=", "<ellipse")] == [1, 1, 1, 1]
@@ -183,8 +188,22 @@ def test_constraints_hold_after_any_move(seed: int) -> None:
     assert first[0, 0, 1] == first[1, 0, 1] and first[1, 0, 0] == first[2, 0, 0]
     into, out = first[3, 0] - first[2, 2], first[3, 1] - first[3, 0]
     assert abs(into[0] * out[1] - into[1] * out[0]) < 1e-9 * np.hypot(*into) * np.hypot(*out)
-    held = Constraints(drawing, np.array([False, True, True, True])).held(drawing.points + moves)
-    np.testing.assert_array_equal(held[:5], drawing.points[:5])
+    some = Constraints(drawing, np.array([False, True, True, True]))
+    np.testing.assert_array_equal(some.points(some.start + moves)[:5], drawing.points[:5])
+    assert not some.gradient(some.start, np.ones(drawing.points.shape))[:5].any()
+
+
+def test_derivatives_by_coordinates_agree_with_central_differences() -> None:
+    """Along gradients, in which coordinates that are shared are equal; with step h by about h^2 and eps / h."""
+    drawing = constrained()
+    constraints = Constraints(drawing, np.ones(4, bool))
+    rng = np.random.default_rng(0)
+    d_points, at, h = rng.normal(0, 1, drawing.points.shape), constraints.start, 1e-5
+    found = constraints.gradient(at, d_points)
+    ways = [constraints.gradient(at, rng.normal(0, 1, d_points.shape)) for _ in range(40)]
+    for way in ways:
+        change = constraints.points(at + h * way) - constraints.points(at - h * way)
+        assert (d_points * change).sum() / (2 * h) == pytest.approx((found * way).sum(), abs=1e-6)
 
 
 def test_no_description_is_weighed_twice(monkeypatch: pytest.MonkeyPatch) -> None:
