@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Depth order of flat regions: who lies in front, decided pair by pair, and the paint order that agrees best.
+"""Evidence of depth: which of two flat regions that touch lies in front.
 
 Evidence: T-junctions, convexity (the region that bulges into the other lies in front), what each would save if it
 continued below the other, and enclosure: what lies in a hole lies in front, unless it is seen through it.
@@ -257,36 +257,6 @@ def _relations(
                     saved = apart + prices.layer - found[1]
                     if saved > prices.saving:
                         yield cover, a, b, saved
-
-
-def paint_order(front: Pairs, nodes: list[int], sizes: NDArray[np.int64], one: list[tuple[int, ...]]) -> list[int]:
-    """Return the regions, the lowest first: again and again the one with least evidence of lying in front of the rest.
-
-    Those of each tuple of `one` count as one, and follow each other.
-    """
-    leader = {k: k for k in nodes}
-    for group in one:
-        members = [k for k in group if k in leader]
-        for old in {leader[k] for k in members}:
-            for k in leader:
-                if leader[k] == old:
-                    leader[k] = leader[members[-1]]
-    index = {k: i for i, k in enumerate(sorted(set(leader.values())))}
-    keys = list(index)
-    weights = np.zeros((len(keys), len(keys)))
-    for (a, b), weight in front.items():
-        if a in leader and b in leader and leader[a] != leader[b]:
-            weights[index[leader[a]], index[leader[b]]] += weight
-    weights = np.maximum(weights - weights.T, 0)
-    left = np.ones(len(keys), bool)
-    order: list[int] = []
-    while left.any():
-        at = np.flatnonzero(left)
-        sums = weights[np.ix_(at, at)]
-        lowest = at[np.lexsort((-sizes[keys][at], sums.sum(axis=1) - 1e-3 * sums.sum(axis=0)))[0]]
-        left[lowest] = False
-        order += [keys[lowest], *(k for k in nodes if leader[k] == keys[lowest] and k != keys[lowest])]
-    return order
 
 
 def _junctions(contour: Contour, other: int, hull: FloatArray | None, size: int, prices: Prices) -> float:

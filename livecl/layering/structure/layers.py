@@ -17,10 +17,10 @@ from livecl.layering.structure.depth import (
     evidence,
     few_alike,
     ground_regions,
-    paint_order,
     same_color,
     screens,
 )
+from livecl.layering.structure.ordering import settled
 from livecl.layering.structure.prices import PRICES, Prices, outline_price
 
 FloatArray = NDArray[np.float64]
@@ -88,7 +88,7 @@ def find_layers(
     seen_through = screens(outlines, behind)
     nodes = [k for k in range(outlines.count) if k not in behind]
     front, markings = evidence(outlines, nodes, seen_through, prices, check)
-    order = paint_order(front, nodes, regions.sizes, [screen.behind for screen in seen_through])
+    front, order = settled(outlines, front, markings, nodes, seen_through, prices, check)
     scene = _Scene(outlines, front, order, prices)
     for k in order:
         check()

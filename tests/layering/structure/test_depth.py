@@ -8,7 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 from livecl.layering.structure.contours import AFTER, BEFORE, OWN, UNCLEAR, Contour
-from livecl.layering.structure.depth import _bulge, _hull, _junctions, _thinness, paint_order
+from livecl.layering.structure.depth import _bulge, _hull, _junctions, _thinness
+from livecl.layering.structure.ordering import paint_order
 from livecl.layering.structure.prices import PRICES
 
 #: Radius, px, of a disc whose outline faces region 1 below its middle, and region 2 above it.
