@@ -22,7 +22,7 @@ from livecl.layering.structure.continuations import direction_at_end, line, smoo
 from livecl.layering.structure.contours import COMPLETED, Contour, Outlines
 from livecl.layering.structure.depth import ground_regions
 from livecl.layering.structure.flat import FlatRegions
-from livecl.layering.structure.prices import PRICES, Prices, outline_price
+from livecl.layering.structure.prices import ASKED, PRICES, Prices, outline_price
 from livecl.layering.structure.primitives import fitted_primitive
 
 FloatArray = NDArray[np.float64]
@@ -44,8 +44,6 @@ HALF = 0.5
 AHEAD = 0.75
 #: Share of a continuation that must lie within regions other than the ground.
 WITHIN = 0.97
-#: Price up to which a part is simple: a turn, four corners, and as much bending as an arc of 60 degrees has twice.
-SIMPLE = 2 * np.pi + 3.0
 #: Rounds in which parts are cut again.
 ROUNDS = 4
 
@@ -83,17 +81,16 @@ def with_parts(
 
 
 def with_more_parts(
-    outlines: Outlines, number: int, check: Callable[[], None] = lambda: None, prices: Prices = PRICES
+    outlines: Outlines, number: int, check: Callable[[], None] = lambda: None, prices: Prices = ASKED
 ) -> Outlines:
     """Cut regions into more parts, which are asked for: again and again the one whose cut saves most, some at most.
 
     Returns the same outlines where nothing can be cut.
     """
-    prices = dataclasses.replace(prices, layer=prices.asked)
     looked_at = [k for k in range(outlines.count) if k not in (outlines.ground or ())]
     found: dict[int, _Cut] = {}
     for _ in range(number):
-        found |= _cuts(looked_at, outlines, check, prices, asked=True)
+        found |= _cuts(looked_at, outlines, check, prices)
         best = max(found, key=lambda k: found[k].saved, default=None)
         if best is None:
             break
@@ -102,22 +99,20 @@ def with_more_parts(
     return outlines
 
 
-def _cuts(
-    numbers: Iterable[int], outlines: Outlines, check: Callable[[], None], prices: Prices, asked: bool = False
-) -> dict[int, _Cut]:
-    """Return the cuts of regions of some numbers that save anything: of those that are asked for, short ones."""
+def _cuts(numbers: Iterable[int], outlines: Outlines, check: Callable[[], None], prices: Prices) -> dict[int, _Cut]:
+    """Return the cuts of regions of some numbers that save anything."""
     inside = outlines.marks(k for k in range(outlines.count) if k not in (outlines.ground or ()))
     noise = noise_of([contour.points for k in range(outlines.count) for contour in outlines.of((k,))])
     found = {}
     for k in numbers:
         check()
-        cut = _best_cut(k, outlines, inside, noise, prices, asked)
+        cut = _best_cut(k, outlines, inside, noise, prices)
         if cut is not None:
             found[k] = cut
     return found
 
 
-def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, prices: Prices, asked: bool) -> _Cut | None:
+def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, prices: Prices) -> _Cut | None:
     """Return the cut of a region that saves most, None where none does."""
     from skimage.draw import polygon2mask
 
@@ -132,7 +127,7 @@ def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, price
             continue
         if whole is None:
             whole = outline_price(contour.points, prices)
-        gain = prices.aligned * exact - asked * prices.cut * len(curve) / np.sqrt(regions.sizes[k])
+        gain = prices.aligned * exact - prices.cut * len(curve) / np.sqrt(regions.sizes[k])
         saved = whole - outline_price(np.concatenate([front, curve]), prices) - prices.layer + gain
         if saved - (2 * np.pi - prices.primitive) <= prices.saving:
             continue
@@ -142,9 +137,7 @@ def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, price
         price = completed(back, outlines.marks((k,)), inside, outlines, prices)[1]
         both = price, whole - prices.layer + gain - saved
         saved -= price
-        if saved <= max(prices.saving, best.saved if best else 0.0):
-            continue
-        if not asked and (max if exact else min)(both) > SIMPLE:
+        if saved <= max(prices.saving, best.saved if best else 0.0) or (max if exact else min)(both) > prices.simple:
             continue
         part = own & polygon2mask(own.shape, points[:, ::-1] - 0.5)
         if LEAST_PART <= np.count_nonzero(part) <= np.count_nonzero(own) - LEAST_PART:

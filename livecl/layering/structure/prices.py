@@ -26,11 +26,11 @@ class Prices:
     ----------
     layer : float
         One layer more.
-    asked : float
-        One layer more, while fewer are found than are asked for: it is welcome.
     cut : float
-        A cut that is asked for, as long as the side of a square of both parts: short ones are preferred (Singh,
-        Seyranian and Hoffman, Perception & Psychophysics 61, 1999).
+        A cut between two parts of one colour, as long as the side of a square of both.
+    simple : float
+        Price up to which a part that is cut off is simple: a turn, four corners, and as much bending as an arc of 60
+        degrees has twice.
     corner : float
         One corner more, beside its turning.
     hidden : float
@@ -66,8 +66,8 @@ class Prices:
     """
 
     layer: float = 1.5
-    asked: float = -3.5
-    cut: float = 1.0
+    cut: float = 0.0
+    simple: float = 2 * np.pi + 3.0
     corner: float = 0.5
     hidden: float = 0.3
     accident: float = 0.5
@@ -90,6 +90,9 @@ class Prices:
 
 
 PRICES = Prices()
+#: Prices while fewer layers are found than are asked for: one more is welcome, whatever its parts; of all cuts short
+#: ones are preferred (Singh, Seyranian and Hoffman, Perception & Psychophysics 61, 1999).
+ASKED = dataclasses.replace(PRICES, layer=-3.5, cut=1.0, simple=np.inf)
 #: Angles, radians, at which a bend starts to count as a corner, and over which it becomes one.
 CORNER_FROM, CORNER_OVER = 0.8, 0.5
 #: Points of an outline for each of its vertices whose turning is added up.
