@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 
 #: Turn, radians, within the reach of a corner that makes it one; places between two corners at most.
 MIN_TURN, MAX_PLACES = 0.75, 28
+#: Distance, px, from the line between two ends up to which a segment needs no bend.
+NO_BEND = 0.05
 
 
 def fit_line(points: FloatArray, tolerance: float, reach: float, closed: bool = False) -> FloatArray:
@@ -108,8 +110,10 @@ def _smooth_rows(points: FloatArray, tolerance: float) -> list[FloatArray]:
     stops = np.unique(np.searchsorted(places, np.linspace(places[0], places[-1], count + 1)).clip(0, len(points) - 1))
     best: list[tuple[float, float, int, FloatArray]] = [(0, 0.0, -1, np.zeros((3, 2)))]
     for j in range(1, len(stops)):
-        options = []
+        options: list[tuple[float, float, int, FloatArray]] = []
         for i in range(j):
+            if options and best[i][0] + 1 > min(option[0] for option in options):
+                continue  # more segments than from a place before
             row, miss, squares = segment_along(points[stops[i] : stops[j] + 1], places[stops[i] : stops[j] + 1])
             close = miss <= tolerance or j - i == 1
             if close:
@@ -128,6 +132,10 @@ def segment_along(points: FloatArray, places: FloatArray, rounds: int = 3) -> tu
     `places` (n,) are the lengths along the polyline, parameters of its points at first; rounds find better ones.
     """
     a, d = points[0], points[-1]
+    share = np.clip((points - a) @ (d - a) / max(float((d - a) @ (d - a)), 1e-12), 0, 1)
+    off = np.hypot(*(points - a - share[:, None] * (d - a)).T)
+    if off.max() <= NO_BEND:
+        return np.stack([a, a + (d - a) / 3, d - (d - a) / 3]), float(off.max()), float((off**2).sum())
     t = (places - places[0]) / max(places[-1] - places[0], 1e-12)
     weights = bernstein(t)
     rest = points - weights[:, :1] * a - weights[:, 3:] * d
@@ -148,8 +156,6 @@ def segment_along(points: FloatArray, places: FloatArray, rounds: int = 3) -> tu
             rest = points - weights[:, :1] * a - weights[:, 3:] * d
             inner = weights[:, 1:3]
     distance = np.hypot(*(weights @ np.stack([a, *handles, d]) - points).T)
-    share = np.clip((points - a) @ (d - a) / max(float((d - a) @ (d - a)), 1e-12), 0, 1)
-    off = np.hypot(*(points - a - share[:, None] * (d - a)).T)
-    if off.max() <= 1.15 * distance.max() + 0.05:  # a line is as good
+    if off.max() <= 1.15 * distance.max() + NO_BEND:  # a line is as good
         return np.stack([a, a + (d - a) / 3, d - (d - a) / 3]), float(off.max()), float((off**2).sum())
     return np.stack([a, *handles]), float(distance.max()), float((distance**2).sum())

@@ -22,8 +22,8 @@ from livecl.layering.context import Context
 
 FloatArray = NDArray[np.float64]
 
-#: Largest distance, px, between a trained line and the one redrawn.
-TOLERANCE = 0.2
+#: Largest distances, px, between a trained line and the one redrawn, that are tried one after the other.
+TOLERANCES = (0.2, 0.4, 0.8)
 #: Turn, radians, from which on two ends meet in a corner; below it, one goes on as the other.
 MIN_TURN = 0.35
 #: Largest distance, in widths, of two ends that meet, and of the corner in which they do.
@@ -51,8 +51,8 @@ class _Line:
 def redrawn(context: Context, drawing: Drawing) -> Drawing:
     """Return a drawing whose strokes have fewer nodes; the same object where none has.
 
-    Ends that meet are joined, the nearest first, then each line is drawn by the fewest segments: each change that saves
-    more nodes than the error that it adds, of which training leaves a part, is worth.
+    Ends that meet are joined, the nearest first, then each line is drawn by fewer segments, and the shortest lines are
+    left out: each change that saves more nodes than the error that it adds, of which training leaves a part, is worth.
     """
     found = drawing
     for layer in drawing.strokes.stroked_layers.tolist():
@@ -88,10 +88,15 @@ class _Redrawing:
             if changed is drawing:
                 refused.add(pair.key)
             drawing = changed
-        for index, line in enumerate(self.lines):
-            fewer = _rows_of(line)
-            if len(fewer) < len(self.rows[index]):
-                drawing = self._tried(drawing, self.lines, [*self.rows[:index], fewer, *self.rows[index + 1 :]])
+        for tolerance in TOLERANCES:
+            for index, line in enumerate(self.lines):
+                fewer = _rows_of(line, tolerance)
+                if len(fewer) < len(self.rows[index]):
+                    drawing = self._tried(drawing, self.lines, [*self.rows[:index], fewer, *self.rows[index + 1 :]])
+        for own in sorted(self.rows, key=_extent):
+            index = next(index for index, rows in enumerate(self.rows) if rows is own)
+            if len(self.rows) > 1:
+                drawing = self._tried(drawing, *self._without((index, index)))
         return drawing
 
     def _without(self, ends: tuple[int, int]) -> tuple[list[_Line], list[FloatArray]]:
@@ -202,7 +207,12 @@ def _meeting(first: FloatArray, second: FloatArray, reach: float) -> FloatArray 
     return np.asarray(corner) if np.hypot(*(corner - middle)) <= reach else None
 
 
-def _rows_of(line: _Line) -> FloatArray:
+def _extent(rows: FloatArray) -> float:
+    """Return the size of the box around a line's control points, px."""
+    return float(np.ptp(rows.reshape(-1, 2), axis=0).max())
+
+
+def _rows_of(line: _Line, tolerance: float = TOLERANCES[0]) -> FloatArray:
     """Return the rows of the fewest segments along a line; the last row of an open one is its end.
 
     Segments begin and end at nodes, or at quarters of what lies between. One across a corner is too far off.
@@ -212,11 +222,13 @@ def _rows_of(line: _Line) -> FloatArray:
     stops = range(0, len(points), SAMPLES // 4)
     best: list[tuple[float, float, int]] = [(0, 0.0, -1)]
     for j in range(1, len(stops)):
-        options = []
+        options: list[tuple[float, float, int]] = []
         for i in range(max(0, j - 4 * SPAN), j):
+            if options and best[i][0] + 1 > min(options)[0]:
+                continue  # more segments than from a place before
             part = slice(stops[i], stops[j] + 1)
             _, miss, squares = segment_along(points[part], places[part])
-            if miss <= TOLERANCE or j == i + 1:
+            if miss <= tolerance or j == i + 1:
                 options.append((best[i][0] + 1, best[i][1] + squares, i))
         best.append(min(options))
     rows, at = [] if line.closed else [np.broadcast_to(points[-1], (3, 2))], len(stops) - 1

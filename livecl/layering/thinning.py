@@ -16,7 +16,8 @@ from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.drawing.drawing import Drawing
 from livecl.layering.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
-from livecl.layering.strokes import RULES, StrokeRules, best_pen, lines_of
+from livecl.layering.lines import RULES, StrokeRules, lines_of
+from livecl.layering.strokes import best_pen
 
 FloatArray = NDArray[np.float64]
 

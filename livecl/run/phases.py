@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from livecl.editing import with_few_colors
 from livecl.layering.fills import shaded
 from livecl.layering.merging import can_merge, merge_neighbors
+from livecl.layering.pens import with_fewer_pens
 from livecl.layering.placement import place_paths
 from livecl.layering.pruning import least_useful
 from livecl.layering.redrawing import redrawn
@@ -81,19 +82,20 @@ class Stroke:
 
 @dataclasses.dataclass(frozen=True)
 class Redraw:
-    """Draw the strokes, as they have been trained, with fewer nodes, and train them again."""
+    """Draw the strokes, as they have been trained, with fewer nodes and pens, and train them again."""
 
     kind: ClassVar[Kind] = "stroke"
 
     def begin(self, run: Work) -> bool:
         """Join lines and fit them anew; False where nothing is saved."""
         state = run.state
-        changed = redrawn(run, state.drawing)
+        changed, sources = with_fewer_pens(run, state.drawing)
+        changed = redrawn(run, changed)
         if changed is state.drawing:
             state.stage += 1
             return False
-        kept = state.holds
-        state.replace_layers(changed, np.where(changed.strokes.widths > 0, -1, np.arange(changed.num_layers)))
+        kept = state.holds[sources]
+        state.replace_layers(changed, np.where(changed.strokes.widths > 0, -1, sources))
         state.holds = kept
         return True
 

@@ -156,4 +156,6 @@ def test_redrawing_saves_nodes(name: str) -> None:
 
     result = vectorize(render(true), options=Options(strokes="only", background="#ffffff"))
 
-    assert match(result.drawing, true).nodes <= 1.3 < match(result.stages[0].drawing, true).nodes
+    nodes = match(result.drawing, true).nodes
+    assert nodes <= 1.3
+    assert nodes < match(result.stages[0].drawing, true).nodes

@@ -1,0 +1,338 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Find the lines of an ink: traces along the middle of what it covers, of an even width, and paths fitted to them."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from livecl.geometry.ellipses import ellipse_through
+from livecl.geometry.open_fitting import MIN_TURN, fit_line
+from livecl.geometry.skeleton import CenterLine, center_lines
+
+FloatArray = NDArray[np.float64]
+
+#: Coverage across a line is looked at in steps, px, as far as this beyond its border, px.
+STEP, MARGIN = 0.25, 1.5
+#: Quantile along a line of the most that is covered near its middle, and what counts as full.
+MOST, FULL = 0.75, 0.88
+#: Ratio up to which that width is believed where the distance to the border says another one.
+TRUSTED = 1.5
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class StrokeRules:
+    """What counts as a stroke.
+
+    Attributes
+    ----------
+    oversampling : int
+        Points of a pixel, in each direction, at which the border of ink is looked for.
+    blur : float
+        Standard deviation, px, of the Gaussian that takes noise and the steps of pixels out of coverage and lines.
+    slenderness, branch : float
+        Lengths in widths from which on a line is a stroke: by itself, and as a part of a shape that has other lines.
+    roundness : float
+        Share of a spot and a dot, or a short line with round ends, that is in both: from it on they are the same.
+    clear : float
+        Share of a closed line that must lie on an ellipse which takes its place.
+    near : int
+        Pixels within which the most that is covered is what a line covers in its middle: half of it is its border.
+    faint : float
+        Coverage, smoothed, that a line's border has at least.
+    widest : float
+        Width of a line in widths of the picture (the shorter side), at most, with the option `strokes` auto.
+    dot : float
+        Diameter of a dot in widths of the widest line, at most, with the option `strokes` auto; larger ones are discs.
+    thick : float
+        Half width of a dot in half widths of the lines that it lies on, at least.
+    drawn : float
+        Share of a dot that lines of its shape may cover.
+    evenness : float
+        Largest share by which a line's width may vary (standard deviation over mean).
+    same_width : float
+        Largest ratio of two widths that are one.
+    one_width, long : float
+        The same for lines longer than `long` widths, which are known well.
+    same_shade : float
+        Largest ratio of two strengths that are one.
+    distance : float
+        Largest distance, px, between the middle of ink and a fitted line.
+    explained : float
+        Share of the ink that strokes must explain for a picture to be line art, with the option `strokes` auto.
+    """
+
+    oversampling: int = 3
+    blur: float = 0.5
+    slenderness: float = 2.5
+    branch: float = 1.0
+    roundness: float = 0.85
+    clear: float = 0.85
+    near: int = 2
+    faint: float = 0.25
+    widest: float = 0.1
+    dot: float = 2.5
+    thick: float = 1.6
+    drawn: float = 0.5
+    evenness: float = 0.3
+    same_width: float = 1.3
+    one_width: float = 1.12
+    long: float = 8.0
+    same_shade: float = 1.2
+    distance: float = 0.35
+    explained: float = 0.8
+
+
+RULES = StrokeRules()
+
+
+@dataclasses.dataclass(frozen=True)
+class Line:
+    """A line of ink.
+
+    Attributes
+    ----------
+    points : (s, 3, 2) float64
+        Rows of its path; the last one of an open line is its end.
+    closed : bool
+        Whether its end is its beginning.
+    width, length : float
+        Of the ink and along the path, px.
+    ends : pair of (2,) float64
+        Directions in which the ends leave the line.
+    is_spot : bool
+        Whether it is a dot, or hardly longer than wide.
+    strength : float
+        Share of the pixels in its middle that it covers: below 1 if it is paler than the ink.
+    """
+
+    points: FloatArray
+    closed: bool
+    width: float
+    length: float
+    ends: tuple[FloatArray, FloatArray]
+    is_spot: bool = False
+    strength: float = 1.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Trace:
+    """Points (n, 2) along the middle of ink, px, their distances to its border, px, and whether the line is closed."""
+
+    points: FloatArray
+    radii: FloatArray
+    closed: bool
+
+    @property
+    def width(self) -> float:
+        """Usual width, px."""
+        return 2 * float(np.median(self.radii))
+
+    @property
+    def length(self) -> float:
+        """Length along the points, px."""
+        steps = np.diff(self.points, axis=0, append=self.points[:1] if self.closed else self.points[-1:])
+        return float(np.hypot(*steps.T).sum())
+
+
+def lines_of(coverage: FloatArray, rules: StrokeRules = RULES) -> list[Line]:
+    """Return the lines of one ink, by its share of each pixel (H, W), without uneven shapes."""
+    traces, spots = find_traces(coverage, rules)
+    return [fitted(trace, coverage, rules) for trace in traces] + spots
+
+
+def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[Trace], list[Line]]:
+    """Return the traces of one ink, by its share of each pixel (H, W), the longest first, and its dots."""
+    smooth = ndimage.gaussian_filter(coverage, rules.blur)
+    half = np.maximum(ndimage.maximum_filter(smooth, 2 * rules.near + 1) / 2, rules.faint)
+    fine, border = (
+        ndimage.zoom(values, rules.oversampling, order=1, grid_mode=True, mode="nearest") for values in (smooth, half)
+    )
+    shapes, num_shapes = ndimage.label(fine > border, np.ones((3, 3)))
+    kept: list[CenterLine] = []
+    usual = np.zeros(num_shapes + 1)  # half width of each shape's longest line
+    for line in center_lines(fine > border):
+        for part in _even_parts(line, rules):
+            column, row = part.points[len(part.points) // 2].astype(int)
+            shape, radius = shapes[row, column], float(np.median(part.radii))
+            uneven = float(np.std(part.radii[1:-1])) if len(part.radii) > 4 else 0.0
+            slenderness = rules.branch if usual[shape] else rules.slenderness
+            if part.length >= slenderness * 2 * radius and uneven <= rules.evenness * radius and len(part.points) > 1:
+                usual[shape] = usual[shape] or radius
+                kept.append(part)
+    traces = [
+        Trace(_smoothed(part, rules) / rules.oversampling, part.radii / rules.oversampling, part.closed)
+        for part in kept
+    ]
+    boxes = ndimage.find_objects(shapes)
+    blobs = [(shapes[box] == number, box) for number, box in enumerate(boxes, 1) if not usual[number]]
+    spots = [_spot(blob, box, rules) for blob, box in [*blobs, *_thick_parts(shapes, usual, kept, rules)]]
+    return [trace for trace in traces if len(trace.points) > 1], [spot for spot in spots if spot is not None]
+
+
+def _thick_parts(
+    shapes: NDArray[np.integer], usual: FloatArray, lines: list[CenterLine], rules: StrokeRules
+) -> list[tuple[NDArray[np.bool_], tuple[slice, slice]]]:
+    """Return the parts of shapes (H, W) that are thicker than their lines, each with its box: heads of notes, dots.
+
+    They are what is left of a shape by a disc that its lines, and two of them crossing, have no room for; parts that
+    are themselves lines are left out. `usual` (N,) is the half width of each shape's longest line, 0 where it has none.
+    """
+    inside = ndimage.distance_transform_edt(shapes > 0)
+    radii = rules.thick * usual[shapes]
+    core = (radii > 0) & (inside > radii)
+    if not core.any():
+        return []
+    away, (rows, columns) = ndimage.distance_transform_edt(~core, return_indices=True)
+    parts, _ = ndimage.label((away <= radii[rows, columns]) & (shapes > 0))
+    found = []
+    for number, box in enumerate(ndimage.find_objects(parts), 1):
+        blob = parts[box] == number
+        places = np.argwhere(blob)[:, ::-1] + [box[1].start + 0.5, box[0].start + 0.5]
+        drawn = np.zeros(len(places), bool)
+        for line in lines:
+            drawn |= cKDTree(line.points).query(places)[0] <= rules.same_width * float(np.median(line.radii))
+        if drawn.mean() < rules.drawn:
+            found.append((blob, box))
+    return found
+
+
+def fitted(trace: Trace, coverage: FloatArray, rules: StrokeRules = RULES) -> Line:
+    """Return the line along a trace of an ink that covers a share of each pixel: a path of the fewest segments."""
+    points, radius = trace.points, trace.width / 2
+    if trace.closed:
+        points = np.roll(points, -_straightest(points, 2.5 * radius), axis=0)
+    oval = _oval(points, rules) if trace.closed else None
+    rows = fit_line(points, rules.distance, max(2.0, 2.5 * radius), trace.closed) if oval is None else oval
+    steps = points[0] - points[min(3, len(points) - 1)], points[-1] - points[-min(4, len(points))]
+    ends = tuple(step / max(float(np.hypot(*step)), 1e-9) for step in steps)
+    width, strength = _measured(points, radius, coverage)
+    if not 2 * radius / TRUSTED < width < 2 * radius * TRUSTED:
+        width = 2 * radius
+    return Line(rows, trace.closed, width, trace.length, (ends[0], ends[1]), strength=strength)
+
+
+def _even_parts(line: CenterLine, rules: StrokeRules) -> list[CenterLine]:
+    """Return a line where its width is even, or the parts of it between which the width changes.
+
+    A part is wider or narrower than usual, by more than two widths of one pen and by a pixel, and so long that it is a
+    line by itself. Where the line is wider for a shorter way, it runs straight through, beneath a dot or another line.
+    """
+    usual = float(np.median(line.radii))
+    slack = rules.oversampling / 2
+    wide = line.radii > max(rules.same_width * usual, usual + slack)
+    level = np.where(wide, 1, np.where(line.radii < min(usual / rules.same_width, usual - slack), -1, 0))
+    changes = np.flatnonzero(np.diff(level)) + 1
+    if not len(changes):
+        return [line]
+    shift = int(changes[0]) if line.closed else 0
+    points, radii, level = (np.roll(values, -shift, axis=0) for values in (line.points, line.radii, level))
+    changes = np.flatnonzero(np.diff(level)) + 1
+    runs = [(int(first), int(last)) for first, last in itertools.pairwise([0, *changes, len(level)]) if level[first]]
+    least = {1: rules.slenderness, -1: rules.branch}
+    long = [run for run in runs if run[1] - run[0] > 2 * least[level[run[0]]] * float(np.max(radii[slice(*run)]))]
+    kept = np.ones(len(level), bool)
+    for first, last in runs:
+        if (first, last) not in long and level[first] > 0 and (line.closed or (first > 0 and last < len(level))):
+            kept[first:last] = False
+    places = sorted({0, len(level), *(place for run in long for place in run)})
+    parts = [
+        CenterLine(points[first:last][kept[first:last]], radii[first:last][kept[first:last]], line.closed and not long)
+        for first, last in itertools.pairwise(places)
+        if kept[first:last].sum() > 2
+    ]
+    return [even for part in parts for even in _even_parts(part, rules)] if len(parts) > 1 else parts
+
+
+def _measured(points: FloatArray, radius: float, coverage: FloatArray) -> tuple[float, float]:
+    """Return the width of a line, px, and the share that it covers in its middle, by the coverage across it.
+
+    The width is what is covered across the line, over that share; both are medians along it, as other lines cross.
+    """
+    steps = np.gradient(points, axis=0)
+    normals = np.stack([-steps[:, 1], steps[:, 0]], axis=1) / np.maximum(np.hypot(*steps.T), 1e-9)[:, None]
+    offsets = np.arange(-(radius + MARGIN), radius + MARGIN + 1e-9, STEP)
+    places = points[:, None] + offsets[:, None] * normals[:, None]
+    across = ndimage.map_coordinates(coverage, places.reshape(-1, 2).T[::-1] - 0.5, order=1, mode="nearest")
+    most = ndimage.map_coordinates(ndimage.maximum_filter(coverage, 3), points.T[::-1] - 0.5, order=0, mode="nearest")
+    strength = max(float(np.quantile(most, MOST)), 1e-3)
+    if strength > FULL:
+        strength = 1.0
+    width = float(np.median(across.reshape(len(points), -1).sum(axis=1))) * STEP / strength
+    return width, strength
+
+
+def _straightest(points: FloatArray, reach: float) -> int:
+    """Return the middle of the longest part of a closed line without a bend: a place to begin, far from corners.
+
+    A bend is where the line turns by MIN_TURN within the reach, px.
+    """
+    step = float(np.hypot(*np.diff(points, axis=0, append=points[:1]).T).mean())
+    count = max(1, min(len(points) // 4, round(reach / max(step, 1e-9))))
+    before, after = points - np.roll(points, count, axis=0), np.roll(points, -count, axis=0) - points
+    bends = np.flatnonzero(np.abs(np.angle((after @ [1, 1j]) * np.conj(before @ [1, 1j]))) > MIN_TURN)
+    if not len(bends):
+        return 0
+    gaps = np.diff(bends, append=bends[0] + len(points))
+    longest = int(np.argmax(gaps))
+    return int(bends[longest] + gaps[longest] // 2) % len(points)
+
+
+def _oval(points: FloatArray, rules: StrokeRules) -> FloatArray | None:
+    """Return the rows of the ellipse along most of a closed line, (4, 3, 2): junctions draw the rest aside."""
+    for _ in range(2):
+        oval = ellipse_through(points) if len(points) > 5 else None
+        if oval is None:
+            return None
+        misses = np.abs(oval.distances(points))
+        near = misses <= np.quantile(misses, rules.clear)
+        if misses[near].max() <= rules.distance:
+            return oval.cubics()[:, :3]
+        points = points[near]
+    return None
+
+
+def _spot(mask: NDArray[np.bool_], box: tuple[slice, slice], rules: StrokeRules) -> Line | None:
+    """Return the dot, or the short line with round ends, that a shape is, given within its box; None where it is none.
+
+    Of a line of length l and radius r, the area is pi r^2 + 2 l r, and the variance along it exceeds the one across by
+    that of l: l^2 / 12 for the middle part, nearly so with the ends.
+    """
+    places = np.argwhere(mask)[:, ::-1] + 0.5
+    if len(places) < rules.oversampling**2:
+        return None
+    center = places.mean(axis=0)
+    spread, axes = np.linalg.eigh(np.cov((places - center).T))
+    radius = 2 * np.sqrt(max(float(spread[0]), 0.0))
+    length = max(0.0, (len(places) - np.pi * radius**2) / (2 * radius)) if radius else 0.0
+    if length < radius / 2:
+        radius, length = np.sqrt(len(places) / np.pi), 0.0
+    half = axes[:, 1] * length / 2
+    offsets = np.moveaxis(np.indices(mask.shape)[::-1], 0, 2) + 0.5 - center
+    along = np.clip(offsets @ axes[:, 1], -length / 2, length / 2)
+    capsule = np.hypot(*np.moveaxis(offsets - along[..., None] * axes[:, 1], 2, 0)) <= radius
+    if (mask & capsule).sum() < rules.roundness * (mask | capsule).sum():
+        return None
+    origin = np.array([box[1].start, box[0].start])
+    start, end = ((origin + center + side * half) / rules.oversampling for side in (-1, 1))
+    rows = np.stack([np.stack([start, start + (end - start) / 3, end - (end - start) / 3]), np.stack([end] * 3)])
+    return Line(
+        rows, False, 2 * radius / rules.oversampling, length / rules.oversampling, (-axes[:, 1], axes[:, 1]), True
+    )
+
+
+def _smoothed(line: CenterLine, rules: StrokeRules) -> FloatArray:
+    """Return the points of a centre line at even steps without the steps of pixels; its ends stay."""
+    sigma = rules.oversampling * max(rules.blur, 0.5)
+    mode = "wrap" if line.closed else "nearest"
+    points = ndimage.gaussian_filter1d(line.points, sigma, axis=0, mode=mode)
+    if not line.closed:
+        fade = np.minimum(np.arange(len(points)), np.arange(len(points))[::-1])[:, None] / (2 * sigma)
+        share = np.clip(fade, 0, 1)
+        points = share * points + (1 - share) * line.points
+    return np.asarray(points[:: max(1, rules.oversampling // 2)])
