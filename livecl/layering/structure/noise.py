@@ -99,7 +99,6 @@ def _ringing(image: FloatArray, shown: FloatArray, nearest: IntArray) -> float:
     """Return the noise beside edges, as compression leaves it there: root mean square."""
     edge = ndimage.maximum_filter(nearest, 3) != ndimage.minimum_filter(nearest, 3)
     near = ndimage.binary_dilation(edge, np.ones((3, 3)), iterations=BESIDE) & ~ndimage.binary_dilation(edge)
-    near &= ~edge
     if not near.any():
         return 0.0
     return min(float(np.quantile(np.abs(image - shown).max(axis=-1)[near], 0.9) / 2), MOST_RINGING)

@@ -17,7 +17,7 @@ from livecl.layering.structure import placing
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.flat import flat_regions
 from livecl.layering.structure.layers import find_layers
-from livecl.layering.structure.noise import RADIUS, RADIUS_OF_NOISE, noise_level
+from livecl.layering.structure.noise import BESIDE, MOST_RINGING, RADIUS, RADIUS_OF_NOISE, _ringing, noise_level
 from livecl.layering.structure.small import without_small
 
 FloatArray = NDArray[np.float64]
@@ -138,3 +138,24 @@ def test_a_small_blend_of_its_neighbours_is_none_of_its_own() -> None:
         colors[1, 0] = color
         found = without_small(parts.copy(), colors, 3, 0.01, np.array([True, False, True]), 0.0)
         assert len(np.unique(found)) == kept
+
+
+@pytest.mark.parametrize(
+    ("columns", "level", "found"),
+    [
+        (range(2, 2 + BESIDE - 1), 4, 2),  # beside an edge, as far as ringing is looked for: half of the deviation
+        (range(2), 4, 0),  # mixed pixels
+        (range(2 + BESIDE - 1, 15), 4, 0),  # farther off
+        (range(2, 15), 40, 255 * MOST_RINGING),
+    ],
+)
+def test_ringing_is_what_deviates_beside_edges(columns: range, level: float, found: float) -> None:
+    """An edge between the columns 14 and 15; `columns` on both sides of it, from 0 on, deviate by some levels."""
+    nearest = np.zeros((20, 30), np.int64)
+    nearest[:, 15:] = 1
+    shown = np.array([(0.2, 0.3, 0.4), (0.8, 0.7, 0.6)])[nearest]
+    image = shown.copy()
+    for column in columns:
+        image[:, [14 - column, 15 + column], 1] += level / 255
+    assert 255 * _ringing(image, shown, nearest) == pytest.approx(found)
+    assert _ringing(shown + 1, shown, np.zeros_like(nearest)) == 0, "without an edge"
