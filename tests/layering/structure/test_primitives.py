@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from livecl.layering.structure.primitives import fitted_primitive
+from livecl.layering.structure.primitives import FARTHEST, fitted_primitive
 
 
 def arc(axes: tuple[float, float], start: float, end: float, turn: float = 0.0) -> np.ndarray:
@@ -37,3 +37,14 @@ def test_what_is_neither_fits_none() -> None:
     line = np.stack([np.arange(40.0), 0.02 * np.arange(40.0)], axis=1)
     assert fitted_primitive(line) is None
     assert fitted_primitive(arc((30, 30), 0, 2)[:6]) is None
+
+
+@pytest.mark.parametrize("at", [(90.0, 40.0), (50.0, 60.0)])
+def test_no_point_of_an_ellipse_may_lie_farther_off_than_the_limit(at: tuple[float, float]) -> None:
+    """One of 160 points, at an end of an axis, moves outwards; the fit follows by little."""
+    for share, fits in ((0.85, True), (1.2, False)):
+        points = arc((40, 20), 0, 2 * np.pi)[:-1]
+        index = int(np.hypot(*(points - at).T).argmin())
+        outward = (points[index] - (50, 40)) / np.hypot(*(points[index] - (50, 40)))
+        points[index] += share * FARTHEST * outward
+        assert (fitted_primitive(points) is not None) == fits
