@@ -281,10 +281,13 @@ def place_of(kind: int, geometry: FloatArray, points: FloatArray) -> FloatArray:
         along = geometry[1] - geometry[0]
         square = float(along @ along)
         return np.asarray(offset @ along / square) if square > 0 else np.full(len(points), 2.0)
-    axes = (geometry[1:] - geometry[0]).T
-    if not np.linalg.det(axes):
+    (a, c), (b, d) = geometry[1:] - geometry[0]
+    determinant = a * d - b * c
+    if not determinant:
         return np.full(len(points), 2.0)
-    return np.asarray(np.linalg.norm(np.linalg.solve(axes, offset.T), axis=0))
+    across = offset @ (np.array([[d, -c], [-b, a]]) / determinant)
+    across *= across
+    return np.asarray(np.sqrt(across[:, 0] + across[:, 1]))
 
 
 def stop_colors_at(positions: FloatArray, colors: FloatArray, t: FloatArray) -> FloatArray:

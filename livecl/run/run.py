@@ -20,10 +20,10 @@ from livecl.run.progress import Progress
 from livecl.run.work import Work
 from livecl.svg import quantize
 from livecl.training import step as training
-from livecl.training.ending import judge_progress
+from livecl.training.ending import EARLIEST, judge_progress
 from livecl.training.state import FREE, LOCKED
 
-#: Divisor of the steps of a stage that others follow, in runs on whole shapes, which start close.
+#: Divisor of the steps of a stage that others follow: its layers are trained with theirs.
 EARLY_SHARE = 4
 
 
@@ -117,14 +117,20 @@ class Run(Work):
         return loss
 
     def _planned_length(self, phase: Phase) -> int:
-        """Return the steps of a phase: fewer where whole shapes are placed that the next one trains on."""
+        """Return the steps of a phase: fewer where layers are placed that a later one certainly trains on.
+
+        Later stages do where whole shapes are still missing. Regions may end before, but revisions follow; where stages
+        are judged by what they gain, they are trained in full.
+        """
         options, state = self.options, self.state
-        missing = state.kept_weight is not None and not state.kept_weight.all()  # layers show that are not placed yet
-        if options.end_early and options.placement == "structure" and missing:
-            followed = any(isinstance(later, Grow) for later in self.plan[state.stage + 1 :])
-            if isinstance(phase, Grow) and followed:
-                return max(1, options.iterations // EARLY_SHARE)
-        return options.iterations
+        followed = any(isinstance(later, Grow) for later in self.plan[state.stage + 1 :])
+        if not (options.end_early and isinstance(phase, Grow) and followed):
+            return options.iterations
+        certain = options.placement == "region" and options.revisions > 0 and not options.path_gain
+        if options.placement == "structure":
+            certain = state.kept_weight is not None and not state.kept_weight.all()  # layers show that are missing
+        early = max(EARLIEST, options.iterations // EARLY_SHARE)
+        return min(early, options.iterations) if certain else options.iterations
 
     @property
     def _limit(self) -> float:

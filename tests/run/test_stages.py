@@ -102,16 +102,38 @@ def test_revisions_lower_the_error_or_leave_the_drawing(device: int) -> None:
 
 def test_a_run_stopped_in_a_revision_leaves_the_better_drawing(device: int) -> None:
     # After one step, a revision has taken a shape out and has only just put another in its place.
-    options, before = Options(placement="region", iterations=40, prune=0.0), []
+    options, before = Options(placement="region", iterations=30, prune=0.0), []
 
     def on_step(step: Step) -> bool:
         before.append(step.mse)
         return step.stage == 3
 
     result = vectorize(three_shapes(), schedule=[1, 1, 1], options=options, device=device, on_step=on_step)
-    assert len(before) == 121 and before[-1] > before[-2]
+    assert len(before) == 91 and before[-1] > before[-2]
     # For the file, colours are rounded by half of 1/255 at most: that much the root of the mean may grow.
     assert np.sqrt(result.mse) <= np.sqrt(before[-2]) + 0.5 / 255
+
+
+@pytest.mark.parametrize(
+    ("changes", "lengths"),
+    [
+        ({}, (50, 200)),
+        ({"iterations": 100}, (30, 100)),
+        ({"iterations": 20}, (20, 20)),
+        ({"end_early": False}, (200, 200)),
+        ({"revisions": 0}, (200, 200)),  # there may be no later stage
+        ({"path_gain": 1e-5}, (200, 200)),  # what a stage gains is judged
+    ],
+)
+def test_stages_that_others_follow_are_short(changes: dict[str, Any], lengths: tuple[int, int], device: int) -> None:
+    options = dataclasses.replace(Options(placement="region", prune=0.0), **changes)
+    run_, found = new_run(options, (1, 1), device, three_shapes()), []
+    for _ in range(2):
+        run_.begin()
+        found.append(run_.state.length)
+        run_.progress.error = 1.0
+        run_.end()
+    assert tuple(found) == lengths
 
 
 @pytest.mark.parametrize("name", sorted(set(livecl.options.PRESETS) - {"released"}))
