@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.shapes import rectangle
+from support.states import load, save
 
 import livecl
 from livecl import Drawing, Options, vectorize
@@ -16,7 +18,15 @@ from livecl.drawing import LINEAR, RADIAL, SOLID, Fills
 from livecl.drawing.fills import concatenate_fills
 from livecl.geometry.outlines import circle, reversed_path
 from livecl.image.errors import mse
+from livecl.image.masks import Masks
+from livecl.rendering.rasterizer import Rasterizer
+from livecl.run.callbacks import Step
+from livecl.run.loop import train
+from livecl.run.progress import Progress
+from livecl.run.recipe import Recipe
+from livecl.run.run import Run
 from livecl.run.sequences import vectorize_sequence
+from livecl.svg import quantize
 
 WARM, COOL = (0.9, 0.3, 0.1, 1.0), (0.2, 0.3, 0.8, 1.0)
 OPTIONS = Options(iterations=40, revisions=0)
@@ -71,9 +81,54 @@ def test_locked_gradients_stay_as_they_are(device: int) -> None:
     start, target = named(two()), picture(two(3.0), device)
     result = vectorize(target, options=OPTIONS, device=device, start=start, lock=[0])
     assert result.drawing.names == ("wall", "sun")
-    np.testing.assert_allclose(result.drawing.fills.geometry[0], start.fills.geometry[0], atol=5e-4)
-    np.testing.assert_allclose(result.drawing.fills.stop_colors[:2], start.fills.stop_colors[:2], atol=1 / 255)
+    assert_same_fill(result.drawing, quantize(start), 0)
     assert np.abs(result.drawing.fills.geometry[1] - start.fills.geometry[1]).max() > 1
+
+
+def test_all_gradients_locked_are_the_drawing_itself(device: int) -> None:
+    start = quantize(two())
+    result = vectorize(picture(two(3.0), device), options=OPTIONS, device=device, start=start, lock=[0, 1])
+    assert result.drawing.fills.kinds.tolist() == [LINEAR, RADIAL]
+    for layer in (0, 1):
+        assert_same_fill(result.drawing, start, layer)
+    np.testing.assert_array_equal(result.drawing.points, start.points)
+
+
+def test_solid_leaves_the_gradients_of_a_start(device: int) -> None:
+    """The option is about layers that are placed; a drawing's own gradients are trained."""
+    options, target = dataclasses.replace(OPTIONS, fills="solid"), picture(two(3.0), device)
+    result = vectorize(target, 1, options=options, device=device, start=two())
+    assert result.drawing.fills.kinds.tolist()[:2] == [LINEAR, RADIAL] and not result.drawing.fills.kinds[2:].any()
+
+
+def test_a_run_with_gradients_is_saved_and_goes_on_equal(tmp_path: Path, device: int) -> None:
+    target, start = picture(two(2.0), device), two().layer_subset([0])
+    options = Options(placement="region", iterations=12, revisions=1)
+
+    def beginning() -> Progress:
+        return Progress.start(start, options, (0, 1), 0, np.array([True]))
+
+    expected = train(Run(target, beginning(), device))[-1].drawing
+    assert sorted(expected.fills.kinds.tolist()) == [LINEAR, RADIAL]
+    for stop in ((0, 6), (1, 6), (2, 6)):
+        first = Run(target, beginning(), device)
+
+        def stopping(step: Step, stop: tuple[int, int] = stop) -> bool:
+            return (step.stage, step.iteration) == stop
+
+        train(first, stopping)
+        save(first.progress, tmp_path / "state")
+        second = Run(target, load(tmp_path / "state"), device)
+        assert train(second)[-1].drawing._repr_svg_() == expected._repr_svg_()
+
+
+def test_the_layer_of_a_mask_is_shaded(device: int) -> None:
+    drawing = two()
+    masks = Masks(("wall", "sun"), np.clip(Rasterizer(drawing.size).coverages(drawing), 0, 1))
+    result = Recipe(paths=1, options=OPTIONS, masks=masks).vectorize(picture(drawing, device), device)
+    kinds = dict(zip(result.drawing.groups, result.drawing.fills.kinds.tolist(), strict=True))
+    assert kinds == {("wall",): LINEAR, ("sun",): RADIAL}
+    assert result.mse < 1e-4
 
 
 def test_paths_that_are_added_get_gradients_and_the_start_keeps_its_own(device: int) -> None:
@@ -99,6 +154,18 @@ def test_a_sequence_keeps_each_layer_s_kind(device: int) -> None:
     sun = kinds[0].index(RADIAL)
     rows = [drawing.fills.geometry[sun, 0, 1] for drawing in result.drawings]
     assert np.diff(rows) == pytest.approx([2, 2], abs=1)
+    assert max(result.mse) < 5e-4
+
+
+def test_a_sequence_from_a_drawing_adds_a_shaded_path(device: int) -> None:
+    """The sun rises in the second picture: before, its layer has no area; later, it is the same layer."""
+    wall = two().layer_subset([0])
+    frames = [picture(wall, device), picture(two(), device), picture(two(2.0), device)]
+    result = vectorize_sequence(frames, options=OPTIONS, device=device, start=wall)
+    assert [drawing.fills.kinds.tolist() for drawing in result.drawings] == [[LINEAR, RADIAL]] * 3
+    sun = [drawing.points[drawing.segment_layers == 1] for drawing in result.drawings]
+    assert np.ptp(sun[0], axis=(0, 1)) == pytest.approx(0, abs=1e-9)
+    assert result.drawings[2].fills.geometry[1, 0, 1] > result.drawings[1].fills.geometry[1, 0, 1] + 1
     assert max(result.mse) < 5e-4
 
 
