@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import connected_components
 
+from livecl.layering.ramps import LAYER_NUMBERS
 from livecl.layering.structure.noise import noise_level, noisy_cores
 from livecl.layering.structure.small import ALIKE_OF_NOISE, SAME_STEP, without_small
 
@@ -76,6 +77,15 @@ class FlatRegions:
     share: FloatArray
     miss: FloatArray
     noise: float = dataclasses.field(default=0.0, kw_only=True)
+
+    @property
+    def numbers(self) -> int:
+        """Numbers that layers of these regions have, of four segments each."""
+        return LAYER_NUMBERS * len(self.sizes)
+
+    def cost(self, price: float) -> float:
+        """Return the squared error that the regions leave, of any channel, and the price of their numbers."""
+        return float(np.square(self.miss).sum()) + price * self.numbers
 
     def near(self, color: FloatArray) -> NDArray[np.bool_]:
         """Whether each region has a colour (C,), but for noise: (K,)."""

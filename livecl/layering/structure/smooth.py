@@ -17,7 +17,7 @@ from scipy import ndimage
 
 from livecl.drawing.fills import SOLID
 from livecl.layering.drift import Changes
-from livecl.layering.ramps import Paint
+from livecl.layering.ramps import COLOR_NUMBERS, Paint
 from livecl.layering.structure.cores import (
     CUT_PIXELS,
     absorbed_cores,
@@ -79,6 +79,12 @@ class SmoothRegions(FlatRegions):
     @functools.cached_property
     def _boxes(self) -> list[tuple[slice, slice]]:
         return list(ndimage.find_objects(self.labels + 1))
+
+    @property
+    def numbers(self) -> int:
+        """Numbers that layers of these regions have, of four segments each, those of their fills included."""
+        fills = sum(self.paint(frozenset((k,))).numbers for k in range(len(self.sizes)))
+        return super().numbers + fills - COLOR_NUMBERS * len(self.sizes)
 
     @property
     def shaded(self) -> bool:

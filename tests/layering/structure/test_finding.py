@@ -11,9 +11,11 @@ from support.shapes import rectangle
 import livecl
 from livecl.drawing import LINEAR, SOLID, Drawing, Fills
 from livecl.drawing.fills import concatenate_fills
+from livecl.geometry.outlines import circle
 from livecl.layering.ramps import Shading
 from livecl.layering.structure import finding
 from livecl.layering.structure.finding import found_structure
+from livecl.layering.structure.flat import noisy_regions
 
 WHITE, MANY = np.ones(3), 99
 SHADING = Shading(("linear", "radial"), 5e-6 / 28)
@@ -137,6 +139,33 @@ def test_flat_pictures_have_no_gradients() -> None:
     assert found is not None
     assert not found.shaded
     assert {int(found.fills_of(k).kinds[0]) for k in found.ranked} == {SOLID}
+
+
+def soft_disc(device: int) -> NDArray[np.float32]:
+    """Return a grey disc that fades to white, and two flat ones, at 8 bits."""
+    gray = (0.7, 0.75, 0.77, 1.0)
+    fills = [Fills.linear((20, 20), (80, 80), [gray, (1.0, 1.0, 1.0, 1.0)]), Fills.solid(2)]
+    middles = [((60.0, 60.0), 44.0), ((30.0, 130.0), 8.0), ((120.0, 125.0), 8.0)]
+    outlines = [[circle(np.array(middle), radius, 4)] for middle, radius in middles]
+    drawing = Drawing.from_outlines(outlines, [gray, WARM, COOL], (160, 160), fills=concatenate_fills(fills))
+    return np.asarray(np.round(np.clip(livecl.render(drawing, device), 0, 1) * 255) / 255, dtype=np.float32)
+
+
+def test_slopes_are_no_noise(device: int) -> None:
+    """The noise of flat colours explains a soft slope as well, by bands: gradients explain it by fewer regions."""
+    image = soft_disc(device)
+    noisy = noisy_regions(image)
+    assert noisy is not None and len(noisy.sizes) > 6  # or the slope is not taken for noise, and this tests nothing
+    found = found_structure(image, WHITE, MANY, SHADING)
+    assert found is not None and len(found.ranked) == 3
+    assert sorted(int(found.fills_of(k).kinds[0]) for k in found.ranked) == [SOLID, SOLID, LINEAR]
+
+
+def test_noise_is_no_slope() -> None:
+    """Flat colours with the noise of a camera stay flat colours, though shading is allowed."""
+    noise = np.random.default_rng(0).normal(0, 3 / 255, (64, 64, 3))
+    found = found_structure(np.clip(two_squares(0.9) + noise, 0, 1).astype(np.float32), WHITE, MANY, SHADING)
+    assert found is not None and not found.shaded and len(found.ranked) == 2
 
 
 def test_regions_are_not_cut_out_of_what_is_nowhere_smooth(monkeypatch: pytest.MonkeyPatch) -> None:
