@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Finisher`: drawings of a run on the picture's own canvas, with the groups and the cuts that a recipe asks for."""
+"""`Finisher`: drawings of a run on the picture's own canvas, with the groups and the cuts that are asked for."""
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +23,6 @@ from livecl.run.result import Result, Stage
 from livecl.svg.outline_data import MAX_PRECISION
 from livecl.svg.writer import primitives, quantize
 
-if TYPE_CHECKING:
-    from livecl.run.recipe import Recipe
-
 #: Decimals that a run itself rounds coordinates to, so that its errors are those of that rounding.
 VECTORIZED_PRECISION = 3
 
@@ -37,38 +33,46 @@ class Finisher:
 
     Attributes
     ----------
-    recipe : Recipe
-        Precision, groups, cuts and background.
     target : (h, w, 3) or (h, w, 4) float32
         The pixels that are worked on, straight.
     size : (int, int)
         Height and width of the picture, px.
     start : Drawing or None
         Drawing to start from, on the picture's canvas.
+    lock : sequence of int
+        Layers of `start` that stay as they are.
+    precision : int
+        Decimals kept of coordinates, px of the picture.
     device : int, str or None
         OpenCL device.
     """
 
-    recipe: Recipe
     target: NDArray[np.float32]
     size: tuple[int, int]
     start: Drawing | None
+    lock: Sequence[int]
+    precision: int
     device: int | str | None
 
-    def finished(self, result: Result) -> Result:
-        """Return a result on the picture's canvas, its last drawing grouped and cut; errors are measured again."""
+    def finished(self, result: Result, *, groups: bool, trap: float | None) -> Result:
+        """Return a result on the picture's canvas, its errors measured again where its drawings differ from the run's.
+
+        The last drawing is grouped by containment, if it is to be, and its layers are cut, with a trap in px of the
+        picture; None leaves them whole.
+        """
         *earlier, last = [self._enlarged(stage) for stage in result.stages]
-        recipe, drawing = self.recipe, last.drawing
-        if recipe.groups == "thing" and (self.start is None or not self.start.num_layers):
+        drawing = last.drawing
+        if groups and (self.start is None or not self.start.num_layers):
             coarse = working_size(self.size, GROUPING_SIDE)
             drawing = grouped(drawing, Rasterizer(coarse, self.device).coverages(scaled(drawing, coarse)))
-        if recipe.cutout:
-            drawing = quantize(cut_out(drawing, recipe.trap), recipe.precision)
+        if trap is not None:
+            drawing = quantize(cut_out(drawing, trap), self.precision)
         stages = [*earlier, dataclasses.replace(last, drawing=drawing)]
-        if recipe.precision < VECTORIZED_PRECISION:
-            stages = [self._measured(stage) for stage in stages]
-        elif recipe.cutout:
-            stages[-1] = self._measured(stages[-1])
+        over_white = result.options.background == TRAIN
+        if self.precision < VECTORIZED_PRECISION:
+            stages = [self._measured(stage, over_white) for stage in stages]
+        elif trap is not None:
+            stages[-1] = self._measured(stages[-1], over_white)
         return self._with_stages(result, stages)
 
     def salvaged(self, result: Result) -> Result:
@@ -81,13 +85,13 @@ class Finisher:
         return dataclasses.replace(result, drawing=drawing, mse=error, stages=tuple(stages), working_size=size)
 
     def _enlarged(self, stage: Stage) -> Stage:
-        drawing = enlarged_drawing(stage.drawing, self.size, self.start, self.recipe.lock)
-        return dataclasses.replace(stage, drawing=quantize(drawing, self.recipe.precision))
+        drawing = enlarged_drawing(stage.drawing, self.size, self.start, self.lock)
+        return dataclasses.replace(stage, drawing=quantize(drawing, self.precision))
 
-    def _measured(self, stage: Stage) -> Stage:
+    def _measured(self, stage: Stage, over_white: bool) -> Stage:
         """Return a stage with the error of its drawing on the pixels worked on."""
         drawing, size = stage.drawing, (self.target.shape[0], self.target.shape[1])
-        ground = WHITE if self.recipe.options.background == TRAIN else drawing.background
+        ground = WHITE if over_white else drawing.background
         error = mse(render(scaled(drawing, size), self.device), target_over(self.target, ground))
         return dataclasses.replace(stage, mse=error)
 

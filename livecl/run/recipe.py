@@ -236,9 +236,10 @@ class Recipe:
 
             guided = Guided(target, self.masks.on(size, smaller), self.masks.names, beginning)
             beginning, control = guided.start(device, Control() if control is None else control)
-        finisher = Finisher(self, target, size, start, device)
+        finisher = Finisher(target, size, start, self.lock, self.precision, device)
         try:
-            return finisher.finished(vectorize_pixels(target, beginning, device, on_step, control, preparation))
+            result = vectorize_pixels(target, beginning, device, on_step, control, preparation)
+            return finisher.finished(result, groups=self.groups == "thing", trap=self.trap if self.cutout else None)
         except RunError as error:
             if error.result is not None:
                 error.result = finisher.salvaged(error.result)
