@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import linalg as sparse_linalg
 
 from livecl.geometry.bezier import bernstein
 from livecl.geometry.polylines import unit
@@ -30,6 +32,8 @@ STEPS, RIDGE, STIFFER, SHORTEST, LONGEST = 6, 0.02, 16.0, 0.05, 1.0
 SETTLED = 0.97
 #: Cosine of the largest angle between two directions that are made one, and length, px, up to which a line gives none.
 SMOOTH, SHORT = 0.9, 4.0
+#: Unknowns from which on equations are solved as sparse ones: below it, dense ones are as fast.
+MANY = 100
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -205,17 +209,25 @@ class _Chain:
         right[present] = np.add.reduceat(rows * misses[:, None], first)
         columns = self._columns
         total = columns["total"]
-        jacobian = np.zeros((count * 8, total + 1))
-        self._fill(jacobian, columns)
-        jacobian = jacobian[:, :total]
-        weighted = (gram @ jacobian.reshape(count, 8, total)).reshape(count * 8, total)
-        left = jacobian.T @ weighted
         scale = np.ones(total)
         turns = columns["way"][columns["way"] < total]
         scale[turns] = np.maximum(self.out, self.back)[columns["way"] < total] ** 2
-        left[np.arange(total), np.arange(total)] += ridge * scale
-        change = np.append(np.linalg.solve(left, -jacobian.T @ right.ravel()), 0.0)
-        return self._moved(change, columns)
+        at_row, at_column, values = self._derivatives(columns)
+        if total > MANY:  # each unknown meets those of the segments beside it only
+            inside = at_column < total
+            entries = (values[inside], (at_row[inside], at_column[inside]))
+            sparse_jacobian = sparse.csr_array(entries, shape=(count * 8, total))
+            blocks = sparse.bsr_array((gram, np.arange(count), np.arange(count + 1)), shape=(count * 8, count * 8))
+            equations = sparse_jacobian.T @ (blocks @ sparse_jacobian) + sparse.diags_array(ridge * scale)
+            solution = sparse_linalg.spsolve(sparse.csc_array(equations), -(sparse_jacobian.T @ right.ravel()))
+        else:
+            jacobian = np.zeros((count * 8, total + 1))
+            np.add.at(jacobian, (at_row, at_column), values)
+            jacobian = jacobian[:, :total]
+            left = jacobian.T @ (gram @ jacobian.reshape(count, 8, total)).reshape(count * 8, total)
+            left[np.arange(total), np.arange(total)] += ridge * scale
+            solution = np.linalg.solve(left, -jacobian.T @ right.ravel())
+        return self._moved(np.append(solution, 0.0), columns)
 
     @functools.cached_property
     def _columns(self) -> dict[str, Any]:
@@ -241,18 +253,23 @@ class _Chain:
         columns["total"] = total
         return columns
 
-    def _fill(self, jacobian: FloatArray, c: dict[str, Any]) -> None:
-        """Derivatives of the control points by the unknowns."""
+    def _derivatives(self, c: dict[str, Any]) -> tuple[IntArray, IntArray, FloatArray]:
+        """Return the derivatives of the control points by the unknowns: rows, columns and values, which add up."""
         count = len(self.anchors)
         j = np.arange(count)
         nxt = (j + 1) % count
+        entries: list[tuple[IntArray, IntArray, FloatArray]] = []
+
+        def add(rows: IntArray, columns: IntArray, values: FloatArray | float) -> None:
+            entries.append((rows, columns, np.broadcast_to(np.asarray(values, dtype=np.float64), rows.shape)))
+
         for axis, name in enumerate(("x", "y")):
-            jacobian[8 * j + axis, c[name]] += 1
-            jacobian[8 * j + 6 + axis, c[name][nxt]] += 1
+            add(8 * j + axis, c[name], 1)
+            add(8 * j + 6 + axis, c[name][nxt], 1)
             line = self.straight
             for row, own in ((2, np.where(line, 2 / 3, 1.0)), (4, np.where(line, 1 / 3, 0.0))):
-                jacobian[8 * j + row + axis, c[name]] += own
-                jacobian[8 * j + row + axis, c[name][nxt]] += 1 - own
+                add(8 * j + row + axis, c[name], own)
+                add(8 * j + row + axis, c[name][nxt], 1 - own)
         # handles after the anchors, in the rows of their own segments, and before them in those of the segments before
         prev = (j - 1) % count
         for rows, sign, kind, lengths, lines in (
@@ -264,9 +281,9 @@ class _Chain:
             turned = np.stack([-self.ways[:, 1], self.ways[:, 0]], axis=1)
             for axis in (0, 1):
                 at = rows + axis
-                np.add.at(jacobian, (at[smooth], c[kind][smooth]), sign * self.ways[smooth, axis])
-                np.add.at(jacobian, (at[smooth], c["way"][smooth]), (sign * lengths * turned[:, axis])[smooth])
-                np.add.at(jacobian, (at[free], c[kind if axis == 0 else kind + "_y"][free]), float(sign))
+                add(at[smooth], c[kind][smooth], sign * self.ways[smooth, axis])
+                add(at[smooth], c["way"][smooth], (sign * lengths * turned[:, axis])[smooth])
+                add(at[free], c[kind if axis == 0 else kind + "_y"][free], float(sign))
             # A direction that a line gives turns with the line's ends.
             for tied, a, b in (
                 (smooth & np.roll(self.straight, 1), j, prev),
@@ -276,8 +293,10 @@ class _Chain:
                 for axis in (0, 1):
                     for other, name in enumerate(("x", "y")):
                         value = sign * lengths * turned[:, axis] * turned[:, other] / reach
-                        np.add.at(jacobian, ((rows + axis)[tied], c[name][a][tied]), value[tied])
-                        np.add.at(jacobian, ((rows + axis)[tied], c[name][b][tied]), -value[tied])
+                        add((rows + axis)[tied], c[name][a][tied], value[tied])
+                        add((rows + axis)[tied], c[name][b][tied], -value[tied])
+        at_row, at_column, values = (np.concatenate(column) for column in zip(*entries, strict=True))
+        return at_row, at_column, values
 
     def _moved(self, change: FloatArray, c: dict[str, Any]) -> _Chain:
         """Return the chain with its numbers changed."""

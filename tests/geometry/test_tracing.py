@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from livecl.geometry import refinement
 from livecl.geometry.bezier import signed_area
 from livecl.geometry.corners import find_corners, noise_of
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area
@@ -112,3 +113,16 @@ def test_moments_give_back_an_ellipse() -> None:
     np.testing.assert_allclose(found.distances(points), 0, atol=1e-4)
     assert signed_area(found.cubics()) == pytest.approx(np.pi * 15 * 5, rel=1e-3)
     assert signed_area(ellipses_of(points[::-1])[0].cubics()) < 0
+
+
+def test_many_unknowns_are_solved_as_few_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    t = np.linspace(0, 2 * np.pi, 1200, endpoint=False)
+    radius = 240 * (1 + 0.12 * np.sin(20 * t))
+    points = radius[:, None] * np.stack([np.cos(t), np.sin(t)], axis=1)
+    paths = []
+    for many in (0, 10**6):
+        monkeypatch.setattr(refinement, "MANY", many)
+        paths.append(trace(points, 0.1))
+
+    assert len(paths[0]) > 40
+    np.testing.assert_allclose(paths[0], paths[1], atol=1e-6)
