@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.image.reading import premultiplied
+from livecl.options import Options
 from livecl.run.recipe import Recipe
 from livecl.run.result import Result
 from livecl.schedule import MAX_DEFAULT_PATHS
@@ -36,6 +37,11 @@ def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
     used, most = result.drawing.num_layers, sum(recipe.stages)
     if recipe.chooses_paths and used <= MAX_DEFAULT_PATHS:
         most = MAX_DEFAULT_PATHS
+    if used < most and recipe.options.prune > Options().prune:
+        return (
+            f"that is far from the picture, and layers that lower its error by less than {recipe.options.prune:g} were "
+            "left out: try --preset default, or a smaller --prune"
+        )
     if used < most:
         return (
             "that is far from the picture, and further paths gained too little each, as in noise, texture or smooth "

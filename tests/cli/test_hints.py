@@ -18,9 +18,9 @@ RAMP = np.tile(np.round(255 * np.linspace(0.4, 0.6, 160))[None, :, None] / 255, 
 NOISE = np.clip(0.5 + 0.02 * np.random.default_rng(0).standard_normal((90, 160, 3)), 0, 1)
 
 
-def said(image: NDArray[np.float64], mse: float, **changes: object) -> str:
+def said(image: NDArray[np.float64], mse: float, paths: int = 3, **changes: object) -> str:
     result = dataclasses.replace(result_of(sample_drawing(), np.zeros((240, 200, 3))), mse=mse)
-    recipe = Recipe(paths=3, options=Options(**changes))  # type: ignore[arg-type]
+    recipe = Recipe(paths=paths, options=Options(**changes))  # type: ignore[arg-type]
     return hint(recipe, result, image)
 
 
@@ -47,6 +47,16 @@ def test_pale_pictures_have_a_lower_bound() -> None:
     dark[20:60, 30:90] = 0
     assert said(dark, half) == ""
     assert "far from the picture" in said(dark, 6e-3)
+
+
+def test_a_price_of_layers_that_leaves_gaps_is_named() -> None:
+    halves = np.ones((90, 160, 3))
+    halves[:, 80:] = 0
+    far = 0.05  # of a variance of 0.25
+    used = sample_drawing().num_layers
+    assert "--prune" in said(halves, far, paths=used + 1, prune=2e-4)
+    assert "--path-gain" in said(halves, far, paths=used + 1)
+    assert "--paths" in said(halves, far, paths=used, prune=2e-4)  # none was left out
 
 
 def test_transparent_pictures_vary_by_what_is_seen() -> None:

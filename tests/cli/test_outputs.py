@@ -31,6 +31,16 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+def test_the_summary_names_outputs_that_took_long(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("livecl.cli.picture.SLOW_OUTPUT", 0.0)
+    arguments = ["in.png", "-o", "out.svg", "--paths", "1", "--iterations", "2", "--revisions", "0"]
+    assert cli.main([*arguments, "--json", "out.json", "--sheet", "out.png"]) == 0
+    summary = r"^out\.svg: 1 paths, MSE \S+, \S+ s(; (json|sheet) \d+\.\d s){2}$"
+    assert re.search(summary, capsys.readouterr().err, re.MULTILINE)
+
+
 def test_all_are_written(folder: Path) -> None:
     outputs = ["--report", "r.html", "--sheet", "s.png", "--gif", "g.gif", "--frame-step", "3", "--plot", "p.svg"]
     assert cli.main([*SHORT, *outputs, "--mp4", "m.mp4"]) == 0
