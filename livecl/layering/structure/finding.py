@@ -17,6 +17,7 @@ from livecl.layering.structure.flat import FlatRegions, clean_regions, flatness,
 from livecl.layering.structure.layers import find_layers
 from livecl.layering.structure.mosaic import MOST_PARTS, Mosaic, mosaic_of
 from livecl.layering.structure.parts import with_more_parts, with_parts
+from livecl.layering.structure.prices import PRICES, Prices
 from livecl.layering.structure.ranking import Structure, explained_miss
 from livecl.layering.structure.smooth import SmoothRegions, smooth_regions, smoothness
 
@@ -40,6 +41,8 @@ MOST_REGIONS = 150
 #: hides that, and training does not bring much of it back. 26 of 30 icons have less than 0.01, the others 0.02 to 0.05,
 #: which training mends; a logo of which a whole wave was hidden 0.22.
 MAX_MISTAKEN = 0.1
+#: Share above which the paint order of the evidence alone is taken where it has no more: no two regions change places.
+SOME_MISTAKEN = 0.02
 #: Mean squared error that the layers may hold for which there are too few paths: as much as regions leave on faces at 8
 #: paths, which paint several shapes with one path then.
 MAX_LEFT_OUT = 5e-4
@@ -176,7 +179,12 @@ def _judged_flat(
 
 @functools.lru_cache(maxsize=2)
 def _flat(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check: _Check) -> Structure:
-    return _of_outlines(_parts(data, shape, ground, check), np.array(ground), check)
+    outlines = _parts(data, shape, ground, check)
+    found = _of_outlines(outlines, np.array(ground), check)
+    if found.mistaken > SOME_MISTAKEN:  # pixels decide first
+        unturned = _of_outlines(outlines, np.array(ground), check, dataclasses.replace(PRICES, turn=np.inf))
+        found = unturned if unturned.mistaken <= SOME_MISTAKEN else found
+    return found
 
 
 @functools.lru_cache(maxsize=2)
@@ -215,11 +223,11 @@ def _judged(found: Structure, most: int) -> Structure | None:
     return found if left_out <= MAX_LEFT_OUT * found.top.size * len(found.ground) else None
 
 
-def _of_outlines(outlines: Outlines, ground: FloatArray, check: _Check) -> Structure:
+def _of_outlines(outlines: Outlines, ground: FloatArray, check: _Check, prices: Prices = PRICES) -> Structure:
     from skimage.draw import polygon2mask
 
     regions = outlines.regions
-    layers, size = find_layers(outlines, ground, check.call), regions.labels.shape
+    layers, size = find_layers(outlines, ground, check.call, prices), regions.labels.shape
     masks = np.zeros((len(layers), *size), bool)
     for mask, layer in zip(masks, layers, strict=True):
         for points in layer.outlines:

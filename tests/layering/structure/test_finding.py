@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -132,6 +134,26 @@ def test_paths_that_are_asked_for_cut_a_silhouette_and_auto_does_not(device: int
     options = livecl.Options(iterations=5)
     for paths, layers in ((2, 2), ("auto", 1)):
         assert livecl.vectorize(battery(), paths, options=options, device=device).drawing.num_layers == layers
+
+
+@pytest.mark.parametrize("helps", [True, False])
+def test_where_regions_that_changed_places_hide_what_shows_the_evidence_orders(
+    monkeypatch: pytest.MonkeyPatch, helps: bool
+) -> None:
+    orders, find_layers = [], finding.find_layers
+
+    def reversed_unless_unturned(*arguments: Any) -> list[Any]:
+        layers = find_layers(*arguments)
+        orders.append(bool(np.isinf(arguments[3].turn)))
+        return layers if orders[-1] and helps else layers[::-1]
+
+    monkeypatch.setattr(finding, "find_layers", reversed_unless_unturned)
+    square = two_squares(0.86)
+    square[0, 0, 0] = 0.9 if helps else 0.8  # a picture of its own: structures are kept
+    found = found_structure(square, WHITE, MANY)
+    assert orders == [False, True]
+    if helps:
+        assert found is not None and found.mistaken < 0.01
 
 
 def test_flat_pictures_have_no_gradients() -> None:
