@@ -144,9 +144,9 @@ class Structure:
                     continue
                 if self.regions.rise(self.layers[lower].shown, self.layers[layer].shown) > 0:
                     continue
-            elif (
-                np.abs(self.layers[layer].color - self.ground).max() > SAME_COLOR or self.fills_of(layer).any_gradients
-            ):
+            elif self.top.all() or np.abs(self.layers[layer].color - self.ground).max() > SAME_COLOR:
+                continue  # where no ground shows, none shows through a hole
+            elif self.fills_of(layer).any_gradients:
                 continue
             layers, masks = list(self.layers), self.masks.copy()
             holes = [points[::-1] for points in layers[layer].outlines]

@@ -163,6 +163,17 @@ def test_flat_pictures_have_no_gradients() -> None:
     assert {int(found.fills_of(k).kinds[0]) for k in found.ranked} == {SOLID}
 
 
+def test_where_no_page_shows_marks_are_no_holes_onto_it(device: int) -> None:
+    """White marks on a gradient that fills the canvas are one layer on it, and not some of them holes in it."""
+    marks = [rectangle(16, 14, 28, 20), rectangle(34, 14, 48, 20), rectangle(16, 34, 48, 40)]
+    layers = [[rectangle(0, 0, 64, 64)], *([mark] for mark in marks)]
+    fills = concatenate_fills([Fills.linear((0, 0), (64, 64), [WARM, COOL]), Fills.solid(3)])
+    drawing = Drawing.from_outlines(layers, [WARM, *[(1.0, 1.0, 1.0, 1.0)] * 3], (64, 64), fills=fills)
+    found = found_structure(livecl.render(drawing, device), WHITE, 2, SHADING)
+    assert found is not None
+    assert [len(found.layers[k].outlines) for k in sorted(found.ranked)] == [1, 3]
+
+
 def soft_disc(device: int) -> NDArray[np.float32]:
     """Return a grey disc that fades to white, and two flat ones, at 8 bits."""
     gray = (0.7, 0.75, 0.77, 1.0)
