@@ -64,7 +64,7 @@ class StrokeRules:
     distance : float
         Largest distance, px, between the middle of ink and a fitted line.
     explained : float
-        Share of the ink that strokes must explain for a picture to be line art, with the option `strokes` auto.
+        Share of what is ink or drawn that must be both for a picture to be line art, with the option `strokes` auto.
     """
 
     oversampling: int = 3
@@ -85,7 +85,7 @@ class StrokeRules:
     long: float = 8.0
     same_shade: float = 1.2
     distance: float = 0.35
-    explained: float = 0.8
+    explained: float = 0.85
 
 
 RULES = StrokeRules()

@@ -21,6 +21,9 @@ from livecl.layering.lines import RULES, Line, StrokeRules, find_traces, fitted
 
 FloatArray = NDArray[np.float64]
 
+#: Share of a pixel from which on ink counts where strokes are judged.
+FAINT = 0.1
+
 
 def find_strokes(context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES) -> Drawing:
     """Return the strokes of a picture of line art as layers; none where it is something else.
@@ -60,10 +63,10 @@ def find_strokes(context: Context, background: NDArray[Any] | None, rules: Strok
         most_wide = rules.widest * min(size)
         widths = [line.width for lines in all_lines for line in lines if not line.is_spot and line.width <= most_wide]
         most_dot = rules.dot * max(widths, default=0.0)
-    layers, total, explained = [], 0.0, 0.0
+    layers, right, either = [], 0.0, 0.0
     for ink, some in zip(inks, all_lines, strict=True):
         lines = [line for line in some if line.width <= (most_dot if line.is_spot else most_wide)]
-        total += float(ink.coverage[ink.coverage > 0.1].sum())
+        drawn = np.zeros(size)
         for group in _groups(lines, rules):
             strength = float(
                 np.average([line.strength for line in group], weights=[line.length + line.width for line in group])
@@ -71,9 +74,11 @@ def find_strokes(context: Context, background: NDArray[Any] | None, rules: Strok
             color = _straight_rgba(paper + strength * (ink.color - paper))
             layer, cover = best_pen(context, group, color, ink.coverage / strength, nothing)
             layers.append(layer)
-            explained += float(np.minimum(cover * strength, ink.coverage).sum())
+            drawn = np.maximum(drawn, strength * cover)
+        right += float(np.minimum(drawn, ink.coverage)[ink.coverage > FAINT].sum())
+        either += float(np.maximum(drawn, ink.coverage)[(ink.coverage > FAINT) | (drawn > FAINT)].sum())
     wanted = 0.0 if context.options.strokes == "only" else rules.explained
-    if not layers or explained < wanted * total:
+    if not layers or right < wanted * either:
         return nothing
     found = functools.reduce(concatenate, layers)
     return found.layer_subset(_paint_order(context.rasterizer.coverages(found), found.colors, target))

@@ -146,3 +146,21 @@ def test_pens_alike_become_one_and_needless_lines_go() -> None:
     assert fewer.num_segments == true.num_segments
     assert np.mean((render(fewer) - render(true)) ** 2) < 1e-5
     assert with_fewer_pens(context, true)[0] is true
+
+
+def test_solid_shapes_beside_lines_are_no_line_art() -> None:
+    """What lines leave of a shape is not explained; where only lines are wanted, it is left out."""
+    true = drawing((BLACK, 4, [line((20, 20), (140, 20)), line((20, 140), (140, 140))]))
+    image = render(true)
+    rows, columns = np.indices(SIZE)
+    image[(np.abs(rows - 80) < 22) & (np.abs(columns - 80) < 40)] = BLACK
+    for strokes, count in (("auto", 0), ("only", 1)):
+        context = Context(Rasterizer(SIZE), image, Options(strokes=strokes))  # type: ignore[arg-type]
+        assert (find_strokes(context, WHITE).num_layers > 0) == bool(count)
+
+
+@pytest.mark.parametrize("name", ["map", "cat", "circuit"])
+def test_line_art_of_other_kinds_is_kept_where_fills_may_be(name: str) -> None:
+    image = render(DRAWINGS[name])
+
+    assert find_strokes(Context(Rasterizer(image.shape[:2]), image, Options(strokes="auto")), WHITE).num_layers > 0
