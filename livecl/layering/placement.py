@@ -90,12 +90,16 @@ def place_paths(
             found.weight,
             found.hidden_points,
         )
+    context.check()
     image = context.rasterizer.forward(drawing)
+    context.check()
     if options.placement == "region":
         ground, colors = composited_colors(drawing, covered=True)
         follow = drawing.background is None and options.opacity != "opaque"
         stack = LayerStack(ground, layer_alphas(drawing, context.rasterizer), colors, image)
+        context.check()
         painting = Painting(target, stack, follow)
+        context.check()
         candidates = region_candidates(context, painting, count, rng)
         rgba = np.array([candidate.rgba for candidate in candidates]).reshape(-1, 4)
         if options.new_color == "random":

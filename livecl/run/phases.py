@@ -176,6 +176,7 @@ class Revise:
             merged = merge_neighbors(run, state.drawing, state.free, self.merging_loss)
             if merged.drawing.num_layers < state.drawing.num_layers:
                 state.replace_layers(merged.drawing, merged.sources)
+        run.check()
         state.keep_layers(np.setdiff1d(np.arange(state.drawing.num_layers), self._replaced(run)))
         missing = run.progress.asked - int(np.sum(state.holds == FREE))
         if missing:

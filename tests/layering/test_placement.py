@@ -16,6 +16,7 @@ from livecl import Drawing, Options
 from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import circle
+from livecl.layering import placement
 from livecl.layering.candidates import SMALL_REGION
 from livecl.layering.context import Context
 from livecl.layering.painting import Painting
@@ -116,6 +117,20 @@ def test_rules_without_chance_leave_the_random_source_alone(rasterizer_for: Rast
     context = Context(rasterizer_for((36, 48), np.float32), target, options)
     place_paths(context, empty_drawing((36, 48)), 2, rng)
     assert rng.bit_generator.state == before
+
+
+def test_a_stop_is_looked_for_between_the_parts_of_the_work_before_regions_are_looked_at(
+    rasterizer_for: RasterizerFor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+    rasterizer = rasterizer_for((36, 48), np.float32)
+    for name in ("layer_alphas", "LayerStack", "Painting", "region_candidates"):
+        part = getattr(placement, name)
+        monkeypatch.setattr(placement, name, lambda *a, n=name, p=part: done.append(n) or p(*a))
+    context = Context(rasterizer, _three_shapes(), Options(placement="region"), lambda: done.append("check"))
+    place_paths(context, empty_drawing((36, 48)), 1, np.random.default_rng(0))
+    before = done[: done.index("region_candidates")]
+    assert before == ["check", "check", "layer_alphas", "LayerStack", "check", "Painting", "check"]
 
 
 def test_regions_are_painted_in_the_order_of_their_error(place: Placer) -> None:
