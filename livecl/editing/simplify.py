@@ -7,6 +7,7 @@ cheapest is taken: the outline as it is, one with few nodes, or a circle, an ell
 
 from __future__ import annotations
 
+import functools
 import re
 from typing import Any
 
@@ -20,7 +21,9 @@ from livecl.editing.polish import polished
 from livecl.editing.shapes import fitted_shapes
 from livecl.editing.tidying import tidied
 from livecl.editing.trace import Trace, trace
+from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import Outline
+from livecl.geometry.untangle import find_crossings, parted
 from livecl.image.errors import visible_error
 from livecl.layering.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
@@ -64,26 +67,60 @@ def editable(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Dra
     options = context.options
     if not (options.simplify or options.primitives) or not drawing.num_layers:
         return drawing
-    editor = _Editor(context, drawing, LEFT)
+    movable = free & (drawing.strokes.widths == 0)
+    paints = _Paints(drawing)
+    drawing = _without_crossings(context, drawing, movable, paints)
+    editor = _Editor(context, drawing, LEFT, paints)
     outlines: list[Outline] = []
     for layer, outline in enumerate(_outlines(drawing)):
         context.check()
-        if free[layer] and drawing.strokes.widths[layer] == 0:
+        if movable[layer]:
             outline = editor.best(layer, outline)
         outlines.append(outline)
         editor.advance(layer)
     edited = _with_outlines(drawing, outlines)
-    edited = polished(context, edited, free & (drawing.strokes.widths == 0))
-    edited = _verified(context, drawing, edited)
+    edited = polished(context, edited, movable)
+    edited = _without_crossings(context, _verified(context, drawing, edited, paints), movable, paints)
     pairs = zip(_outlines(drawing), _outlines(edited), editor.number_errors, strict=True)
     saved = sum((price_of(before) - price_of(after)) * error for before, after, error in pairs)
     rise = (context.visible_mse(edited) - context.visible_mse(drawing)) * 3 * drawing.size[0] * drawing.size[1]
     return edited if rise <= max(saved, 0) else drawing
 
 
-def _verified(context: Context, drawing: Drawing, edited: Drawing) -> Drawing:
+def _without_crossings(context: Context, drawing: Drawing, free: NDArray[np.bool_], paints: _Paints) -> Drawing:
+    """Return a drawing whose outlines of the layers that are `free`, (N,), fall into parts where they cross themselves.
+
+    The parts show the same; those that cost more than they show are left out, as loops within the others are.
+    """
+    outlines = _outlines(drawing)
+    subpaths = [_closed(subpath) for outline in outlines for subpath in outline]
+    crossings = find_crossings(subpaths) if context.options.untangle else []
+    numbers = np.repeat(np.arange(len(outlines)), np.diff(drawing.layer_offsets))
+    tangled = {int(number) for number, crossing in zip(numbers, crossings, strict=False) if crossing is not None}
+    tangled &= set(np.flatnonzero(free).tolist())
+    if not tangled:
+        return drawing
+    editor = _Editor(context, drawing, 1.0, paints)
+    for layer, outline in enumerate(outlines):
+        if layer in tangled:
+            found = [part[:, :3] for subpath in outline for part in parted(_closed(subpath))]
+            for part in sorted(found, key=lambda part: abs(signed_area(_closed(part)))):
+                context.check()
+                fewer = [other for other in found if other is not part]
+                found = editor.cheapest(layer, [found, fewer] if fewer else [found])
+            outlines[layer] = found
+        editor.advance(layer)
+    return _with_outlines(drawing, outlines)
+
+
+def _closed(subpath: FloatArray) -> FloatArray:
+    """Return the cubics (m, 4, 2) of a closed subpath (m, 3, 2)."""
+    return np.concatenate([subpath, np.roll(subpath[:, :1], -1, axis=0)], axis=1)
+
+
+def _verified(context: Context, drawing: Drawing, edited: Drawing, paints: _Paints) -> Drawing:
     """Return an edited drawing after training, its layers as they were, or these tidied, where they cost more."""
-    editor = _Editor(context, edited, 1.0)
+    editor = _Editor(context, edited, 1.0, paints)
     outlines = []
     for layer, pair in enumerate(zip(_outlines(edited), _outlines(drawing), strict=True)):
         context.check()
@@ -94,9 +131,13 @@ def _verified(context: Context, drawing: Drawing, edited: Drawing) -> Drawing:
 
 
 def _with_outlines(drawing: Drawing, outlines: list[Outline]) -> Drawing:
-    """Return a drawing of other outlines, as many subpaths a layer as before."""
+    """Return a drawing of other outlines."""
     subpaths = [subpath for outline in outlines for subpath in outline]
-    return drawing.replace(points=np.concatenate(subpaths), subpath_offsets=np.cumsum([0, *map(len, subpaths)]))
+    return drawing.replace(
+        points=np.concatenate(subpaths),
+        subpath_offsets=np.cumsum([0, *map(len, subpaths)]),
+        layer_offsets=np.cumsum([0, *map(len, outlines)]),
+    )
 
 
 def _same(a: Outline, b: Outline) -> bool:
@@ -105,6 +146,14 @@ def _same(a: Outline, b: Outline) -> bool:
 
 def _outlines(drawing: Drawing) -> list[Outline]:
     return [[drawing.points[rows] for rows in drawing.subpaths(layer)] for layer in range(drawing.num_layers)]
+
+
+class _Paints:
+    """Colours and opacities of a drawing's layers at its pixels, which do not change when outlines do."""
+
+    def __init__(self, drawing: Drawing) -> None:
+        self.ground, self.colors = composited_colors(drawing)
+        self.opacities = [opacity_at_pixels(drawing, layer) for layer in range(drawing.num_layers)]
 
 
 class _Editor:
@@ -119,10 +168,10 @@ class _Editor:
     C. L. Mallows: *Some Comments on Cp*. Technometrics 15, 1973.
     """
 
-    def __init__(self, context: Context, drawing: Drawing, left: float) -> None:
+    def __init__(self, context: Context, drawing: Drawing, left: float, paints: _Paints) -> None:
         self._context, self._drawing, self._left = context, drawing, left
         self._alphas = layer_alphas(drawing, context.rasterizer)
-        ground, self._colors = composited_colors(drawing)
+        self._paints, ground, self._colors = paints, paints.ground, paints.colors
         self._below: NDArray[Any] = np.broadcast_to(ground, context.target.shape).astype(np.float32)
         self._above = np.ones_like(self._alphas)  # transmittance of the layers above each
         for layer in range(len(self._alphas) - 2, -1, -1):
@@ -148,20 +197,21 @@ class _Editor:
         """Return the cheapest of the outlines found for a layer, the first being its present one."""
         if len(found) == 1:
             return found[0]
-        drawing = self._drawing
-        alphas = self._context.rasterizer.coverages(
-            Drawing.from_outlines(found, drawing.colors[layer], drawing.size, drawing.background)
+        drawing, present = self._drawing, self._alphas[layer]
+        others = self._context.rasterizer.coverages(
+            Drawing.from_outlines(found[1:], drawing.colors[layer], drawing.size, drawing.background)
         )
-        alphas *= opacity_at_pixels(drawing, layer)
-        window = window_of(np.maximum(alphas.max(axis=0), self._alphas[layer]))
+        others *= self._paints.opacities[layer]
+        alphas = np.concatenate([present[None], others])
+        window = window_of(alphas.max(axis=0))
         tint = self._above[layer][window][..., None] * (in_window(self._colors[layer], window) - self._below[window])
         prices = []
         for description, alpha in zip(found, alphas, strict=True):
-            change = (alpha[window] - self._alphas[layer][window])[..., None] * tint
+            change = (alpha[window] - present[window])[..., None] * tint
             error = float(np.square(visible_error(self._rest[window] + change), dtype=np.float64).sum())
             prices.append(self._left * error / self.number_errors[layer] + price_of(description))
         chosen = int(np.argmin(prices))
-        self._rest[window] += (alphas[chosen][window] - self._alphas[layer][window])[..., None] * tint
+        self._rest[window] += (alphas[chosen][window] - present[window])[..., None] * tint
         self._alphas[layer] = alphas[chosen]
         return found[chosen]
 
@@ -188,8 +238,7 @@ class _Editor:
 
     def _trace(self, layer: int, subpath: FloatArray) -> Trace | None:
         """Return the trace of a subpath, its hidden parts weighing less."""
-        ends = np.roll(subpath[:, :1], -1, axis=0)
-        traced = trace(np.concatenate([subpath, ends], axis=1))
+        traced = trace(_closed(subpath))
         if traced is not None:
             height, width = self._drawing.size
             columns, rows = np.floor(traced.points).astype(np.int64).T
@@ -201,29 +250,36 @@ class _Editor:
 
 def price_of(outline: Outline) -> float:
     """Return what an outline costs to describe, in numbers: those that SVG writes, more where joins bend curves."""
-    price, fit = float(numbers_of(outline)), FITS[0]
-    if _shape_of(outline) is None:
-        for subpath in outline:
-            joins = Joins(subpath, np.roll(np.arange(len(subpath)), -1), np.ones(len(subpath), bool))
-            lines = joins.lines.astype(int) + np.roll(joins.lines, 1)
-            price += fit.corner * np.count_nonzero(~joins.smooth & (lines < 2))
-            known = np.abs(joins.directions(subpath)).min(axis=1) < SHORT
-            price -= fit.smooth * np.count_nonzero(joins.smooth)
-            price -= fit.smooth * np.count_nonzero(joins.smooth & known & (lines == 0))
-    return price
+    shape = _shape_of(outline)
+    return float(_numbers_of_shape(shape)) if shape else sum(_price_of(subpath.tobytes()) for subpath in outline)
+
+
+@functools.lru_cache(maxsize=1024)
+def _price_of(data: bytes) -> float:
+    """Return what a subpath costs, given as the bytes of its points (m, 3, 2): the same one is often weighed again."""
+    subpath, fit = np.frombuffer(data).reshape(-1, 3, 2), FITS[0]
+    joins = Joins(subpath, np.roll(np.arange(len(subpath)), -1), np.ones(len(subpath), bool))
+    lines = joins.lines.astype(int) + np.roll(joins.lines, 1)
+    known = np.abs(joins.directions(subpath)).min(axis=1) < SHORT
+    price = _numbers_of(subpath) + fit.corner * np.count_nonzero(~joins.smooth & (lines < 2))
+    price -= fit.smooth * np.count_nonzero(joins.smooth)
+    return float(price - fit.smooth * np.count_nonzero(joins.smooth & known & (lines == 0)))
 
 
 def numbers_of(outline: Outline) -> int:
     """Return how many numbers SVG writes for an outline."""
     shape = _shape_of(outline)
-    if shape is not None:
-        return sum(len(_NUMBER.findall(value)) for value in shape.attributes.values())
-    count = 0
-    for subpath in outline:
-        following = np.roll(np.arange(len(subpath)), -1)
-        held = rounded_points(subpath, following, np.ones(len(subpath), bool), PRECISION)
-        count += len(_NUMBER.findall(format_outline(held, PRECISION)))
-    return count
+    return _numbers_of_shape(shape) if shape else sum(map(_numbers_of, outline))
+
+
+def _numbers_of_shape(shape: Primitive) -> int:
+    return sum(len(_NUMBER.findall(value)) for value in shape.attributes.values())
+
+
+def _numbers_of(subpath: FloatArray) -> int:
+    following = np.roll(np.arange(len(subpath)), -1)
+    held = rounded_points(subpath, following, np.ones(len(subpath), bool), PRECISION)
+    return len(_NUMBER.findall(format_outline(held, PRECISION)))
 
 
 def _shape_of(outline: Outline) -> Primitive | None:

@@ -70,6 +70,24 @@ def untangle(outlines: Sequence[FloatArray], largest: float = np.inf) -> list[Fl
     return found
 
 
+def parted(outline: FloatArray) -> list[FloatArray]:
+    """Return the closed outlines (s, 4, 2) that an outline (n, 4, 2) falls into at its crossings.
+
+    None crosses itself, but for what is left after `MAX_CROSSINGS`. Together they wind around each point as often as
+    it does: nothing that is filled changes.
+    """
+    whole, left = [], [outline]
+    for _ in range(MAX_CROSSINGS):
+        if not left:
+            break
+        crossing = find_crossings(left[-1:])[0]
+        if crossing is None:
+            whole.append(left.pop())
+        else:
+            left[-1:] = _parts(left[-1], crossing)
+    return [*whole, *left]
+
+
 def find_crossings(outlines: Sequence[FloatArray]) -> list[Crossing | None]:
     """Return a crossing of each closed outline (s, 4, 2) with itself, or None: the tightest loop of each."""
     found: list[Crossing | None] = [None] * len(outlines)
@@ -132,14 +150,21 @@ def _refined(strands: FloatArray, places: FloatArray) -> FloatArray:
     return np.where(whole & near, refined, places)
 
 
-def _trim(cubics: FloatArray, crossing: Crossing) -> FloatArray:
-    """Keep the larger of the two parts that meet in the crossing, with as many segments as before."""
-    count, i, j, t, u = len(cubics), crossing.first, crossing.second, crossing.t, crossing.u
+def _parts(cubics: FloatArray, crossing: Crossing) -> tuple[FloatArray, FloatArray]:
+    """Return the two closed parts that meet in a crossing: between its strands, and the rest."""
+    i, j, t, u = crossing.first, crossing.second, crossing.t, crossing.u
     parts = subsegment(cubics[[i, i, i, j, j]], [0, t, t, 0, u], [t, u, 1, u, 1])
     inner = parts[1:2] if i == j else np.concatenate([parts[2:3], cubics[i + 1 : j], parts[3:4]])
     outer = np.concatenate([parts[4:], cubics[j + 1 :], cubics[:i], parts[:1]])
-    kept = (inner if abs(signed_area(inner)) > abs(signed_area(outer)) else outer).copy()
-    kept[0, 0] = kept[-1, 3] = (kept[0, 0] + kept[-1, 3]) / 2
+    for part in (inner, outer):
+        part[0, 0] = part[-1, 3] = (part[0, 0] + part[-1, 3]) / 2
+    return inner, outer
+
+
+def _trim(cubics: FloatArray, crossing: Crossing) -> FloatArray:
+    """Keep the larger of the two parts that meet in the crossing, with as many segments as before."""
+    count, (inner, outer) = len(cubics), _parts(cubics, crossing)
+    kept = inner if abs(signed_area(inner)) > abs(signed_area(outer)) else outer
     if len(kept) > count:  # a loop of one segment: its two ends become one segment again
         kept = np.concatenate([kept[1:-1], _joined(kept[-1], kept[0])[None]])
     while len(kept) < count:

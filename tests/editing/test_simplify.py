@@ -16,6 +16,7 @@ from livecl.editing.tidying import tidied
 from livecl.geometry import bezier
 from livecl.layering.context import Context
 from livecl.options import PRESETS, Options
+from livecl.quality import self_crossing
 from livecl.rendering.rasterizer import Rasterizer
 from livecl.svg import format_svg, quantize, read_svg
 from livecl.svg.primitives import ellipse, rectangle
@@ -218,3 +219,19 @@ def test_no_description_is_weighed_twice(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(simplify._Editor, "cheapest", noted)
     editable(context_of(true, primitives=False), true, np.ones(4, bool))  # tidied, most of it is as it was
     assert weighed and all(len(set(found)) == len(found) for found in weighed)
+
+
+def test_outlines_that_cross_themselves_fall_into_parts_that_show_the_same() -> None:
+    """A bow tie keeps both halves; a loop that lies within the rest, and shows nothing, is left out."""
+    svg = (
+        b'<svg width="120" height="90"><path d="M10 10L50 40V10L10 40z" fill="#c33"/>'
+        b'<path d="M60 50H110V80H80V60H90V70H60z" fill="#36c"/></svg>'
+    )
+    drawing = read_svg(svg).replace(background=(1, 1, 1))
+    assert self_crossing(drawing).tolist() == [True, True]
+    context = context_of(drawing)
+    found = editable(context, drawing, np.ones(2, bool))
+    assert not self_crossing(found).any()
+    assert np.diff(found.layer_offsets).tolist() == [2, 1] and context.visible_mse(found) < 1e-6
+    kept = editable(context_of(drawing, untangle=False), drawing, np.ones(2, bool))
+    assert self_crossing(kept).all()

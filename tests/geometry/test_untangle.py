@@ -10,7 +10,7 @@ from support import drawings, shapes
 
 from livecl.geometry.bezier import evaluate, signed_area
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area
-from livecl.geometry.untangle import Crossing, find_crossings
+from livecl.geometry.untangle import Crossing, find_crossings, parted
 from livecl.geometry.untangle import untangle as untangle_all
 
 FloatArray = NDArray[np.float64]
@@ -311,3 +311,18 @@ def test_many_outlines_at_once_are_each_alone() -> None:
     for outline, found in zip(outlines, together, strict=True):
         np.testing.assert_array_equal(found, untangle(outline))
     assert untangle_all([]) == []
+
+
+@pytest.mark.parametrize(
+    "corners", [[(0, 0), (30, 20), (30, 0), (0, 20)], [(0, 0), (40, 0), (40, 30), (10, 30), (10, -8), (0, 20)]]
+)
+def test_parts_wind_as_often_as_the_whole(corners: list[tuple[float, float]]) -> None:
+    """A bow tie, and an outline that crosses itself twice: areas with the sign of the turn add up to the whole's."""
+    start = np.array(corners, dtype=float)
+    step = (np.roll(start, -1, axis=0) - start) / 3
+    outline = np.stack([start, start + step, start + 2 * step, start + 3 * step], axis=1)
+    parts = parted(outline)
+    assert len(parts) > 1 and all(crossing_area(part) <= CROSSING_AREA for part in parts)
+    assert sum(signed_area(part) for part in parts) == pytest.approx(signed_area(outline), abs=1e-6)
+    for part in parts:
+        np.testing.assert_array_equal(part[:, 3], np.roll(part[:, 0], -1, axis=0))
