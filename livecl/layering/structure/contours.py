@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl.layering.structure.edges import edge_polylines
-from livecl.layering.structure.flat import FlatRegions
+from livecl.layering.structure.flat import SAME_COLOR, SAME_OF_NOISE, FlatRegions
 from livecl.layering.structure.prices import signed_area
 
 FloatArray = NDArray[np.float64]
@@ -137,6 +137,14 @@ class Outlines:
         marks = np.zeros(self.count + 3, bool)
         marks[list(ids)] = True
         return marks
+
+    def covers(self, ids: Iterable[int]) -> BoolArray:
+        """Return whether each region is one of some and hides what lies below it, being opaque: (K + 3,)."""
+        colors = self.regions.colors
+        if colors.shape[1] < 4:
+            return self.marks(ids)
+        opaque = colors[:, 3] >= 1 - SAME_COLOR - SAME_OF_NOISE * self.regions.noise
+        return self.marks(k for k in ids if opaque[k])
 
     def room(self, ids: Iterable[int], below: BoolArray) -> BoolArray:
         """Return in which regions a shape of some regions may be that continues below others: (K + 3,)."""

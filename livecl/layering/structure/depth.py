@@ -211,13 +211,15 @@ def evidence(
         for o, facing in outlines.neighbors(k).items():
             if o not in known or facing < SHORTEST_GAP or {(o, k), (k, o)} & enclosed:
                 continue
-            below = outlines.marks((o,))
+            below = outlines.covers((o,))
             saved = price - completed(contour, below, outlines.room((k,), below), outlines, prices)[1]
             both = price - outline_price(outlines.of((k, o))[0].points, prices)
             if both > saved + prices.saving:
                 markings[k, o] = both
             own = _junctions(contour, o, hull, outlines.regions.sizes[k], prices)
-            own += prices.bulge * _bulge(contour, below) - prices.completion * float(np.clip(saved, 0, 3))
+            own += prices.bulge * _bulge(contour, outlines.marks((o,))) - prices.completion * float(
+                np.clip(saved, 0, 3)
+            )
             for_one[k, o] = own
     for cover, a, b, saved in _relations(outlines, nodes, for_one, prices, check):
         for k in (a, b):
@@ -245,7 +247,7 @@ def _relations(
     """Yield (cover, region, region, saving): two regions of one colour whose outlines relate below a third."""
     few = few_alike(outlines, nodes)
     for cover in nodes:
-        below = outlines.marks((cover,))
+        below = outlines.covers((cover,))
         beside = [k for k in few if (k, cover) in touching]
         for a, b in itertools.combinations(beside, 2):
             if same_color(outlines, a, b):

@@ -151,9 +151,9 @@ class _Scene:
         own = set().union(*(self.shapes[k].shown for k in keys))
         sure = set().union(*(self._sure[k] for k in own))
         known = set().union(*(self._known[k] for k in own))
-        below = self.outlines.marks(o for o in above if o in sure or o not in known)
+        below = self.outlines.covers(o for o in above if o in sure or o not in known)
         around = set().union(*(self.shapes[k].around for k in keys))
-        return below, self.outlines.room(around, self.outlines.marks(above))
+        return below, self.outlines.room(around, self.outlines.covers(above))
 
     def _against(self, shown: set[int], depth: int) -> float:
         """Return the evidence against some regions lying at a depth."""

@@ -82,7 +82,7 @@ class _Costs:
         around = {k} | (self._markings.get(k, set()) & above)
         key = k, frozenset(above & (outlines.neighbors(k).keys() | around))
         if key not in self._known:
-            contours, below = outlines.of(around), outlines.marks(above)
+            contours, below = outlines.of(around), outlines.covers(above)
             room = outlines.room(around, below)
             self._known[key] = sum(
                 completed(contour, below, room, outlines, self.prices)[1]

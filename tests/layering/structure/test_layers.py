@@ -313,3 +313,17 @@ def test_completed_outlines_keep_what_their_shapes_show(name: str, data_dir: Pat
         shown = np.isin(outlines.regions.labels, list(layer.shown))
         whole = np.logical_or.reduce([polygon2mask(shown.shape, p[:, ::-1] - 0.5) for p in layer.outlines])
         assert (whole & shown).sum() > 0.9 * shown.sum() - 10
+
+
+@pytest.mark.parametrize("opacity", [1.0, 0.5])
+def test_shapes_go_on_below_opaque_ones_only(opacity: float) -> None:
+    # Below a translucent shape, what goes on shows through.
+    whole, front = disc(40, 48, 26), box(44, 14, 80, 82)
+    rgb = picture((whole, RED), (front, BLUE))
+    bare, cover = (picture((mask, (0, 0, 0)), ground=(1, 1, 1))[..., 0] for mask in (whole | front, front))
+    alpha = 1 - bare - (1 - opacity) * (1 - cover)
+    straight = np.where((alpha > 0)[..., None], (rgb - bare[..., None]) / np.maximum(1 - bare, 1e-9)[..., None], 0)
+    image = np.concatenate([alpha[..., None] * straight, alpha[..., None]], axis=-1)
+    shapes = [mask for mask, color in found(image, np.zeros(4)) if color[0] > color[2]]
+    assert len(shapes) == 1
+    assert overlap(shapes[0], whole if opacity == 1 else whole & ~front) > 0.95
