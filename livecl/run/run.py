@@ -25,6 +25,9 @@ from livecl.training.state import FREE, LOCKED
 
 #: Divisor of the steps of a stage that others follow: its layers are trained with theirs.
 EARLY_SHARE = 4
+#: Paths of a run on regions from which on its stages are shortened: errors of 12 photographs of 32 paths fell by 7 %,
+#: of three drawings of 8 and 24 paths they rose by 27 %, as each layer decides on more there.
+MANY_PATHS = 32
 
 
 class Run(Work):
@@ -120,13 +123,14 @@ class Run(Work):
         """Return the steps of a phase: fewer where layers are placed that a later one certainly trains on.
 
         Later stages do where whole shapes are still missing. Regions may end before, but revisions follow; where stages
-        are judged by what they gain, they are trained in full.
+        are judged by what they gain, or paths are few, they are trained in full.
         """
         options, state = self.options, self.state
         followed = any(isinstance(later, Grow) for later in self.plan[state.stage + 1 :])
         if not (options.end_early and isinstance(phase, Grow) and followed):
             return options.iterations
         certain = options.placement == "region" and options.revisions > 0 and not options.path_gain
+        certain &= sum(self.progress.schedule) >= MANY_PATHS
         if options.placement == "structure":
             certain = state.kept_weight is not None and not state.kept_weight.all()  # layers show that are missing
         early = max(EARLIEST, options.iterations // EARLY_SHARE)

@@ -118,6 +118,7 @@ def test_a_run_stopped_in_a_revision_leaves_the_better_drawing(device: int) -> N
     ("changes", "lengths"),
     [
         ({}, (50, 200)),
+        ({"paths": (30, 1)}, (200, 200)),  # each layer decides on more
         ({"iterations": 100}, (30, 100)),
         ({"iterations": 20}, (20, 20)),
         ({"end_early": False}, (200, 200)),
@@ -126,8 +127,10 @@ def test_a_run_stopped_in_a_revision_leaves_the_better_drawing(device: int) -> N
     ],
 )
 def test_stages_that_others_follow_are_short(changes: dict[str, Any], lengths: tuple[int, int], device: int) -> None:
+    changes = dict(changes)
+    paths = changes.pop("paths", (31, 1))
     options = dataclasses.replace(Options(placement="region", prune=0.0), **changes)
-    run_, found = new_run(options, (1, 1), device, three_shapes()), []
+    run_, found = new_run(options, paths, device, three_shapes()), []
     for _ in range(2):
         run_.begin()
         found.append(run_.state.length)
