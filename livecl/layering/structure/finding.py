@@ -174,7 +174,10 @@ def _judged_flat(
         return found
     outlines = _parts(data, shape, ground, check)
     cut = with_more_parts(outlines, asked - len(found.ranked), check.call)
-    return found if cut is outlines else _judged(_of_outlines(cut, np.array(ground), check), most) or found
+    if cut is outlines:
+        return found
+    more = _of_outlines(cut, np.array(ground), check)
+    return _judged(more, most) or found if len(more.ranked) <= asked else found  # no cut makes others share a path
 
 
 @functools.lru_cache(maxsize=2)

@@ -16,8 +16,9 @@ from livecl.drawing.fills import concatenate_fills
 from livecl.geometry.outlines import circle
 from livecl.layering.ramps import Shading
 from livecl.layering.structure import finding
+from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.finding import found_structure
-from livecl.layering.structure.flat import noisy_regions
+from livecl.layering.structure.flat import clean_regions, noisy_regions
 
 WHITE, MANY = np.ones(3), 99
 SHADING = Shading(("linear", "radial"), 5e-6 / 28)
@@ -128,6 +129,16 @@ def test_a_silhouette_is_cut_for_a_number_of_layers_not_for_a_limit(asked: int, 
     found = found_structure(battery(), WHITE, MANY, asked=asked)
     assert found is not None
     assert len(found.ranked) == layers
+
+
+def test_no_cut_makes_other_shapes_share_a_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    # A cut may take apart what had been joined: three layers for two paths, of which two would become one.
+    parts = np.ones((64, 64, 3), np.float32)
+    parts[10:22, 10:40] = parts[26:38, 10:40] = parts[42:54, 10:40] = (0.4, 0.2, 0.7)
+    monkeypatch.setattr(finding, "with_more_parts", lambda *_: Outlines(clean_regions(parts), {0}))
+    found = found_structure(battery(), WHITE, 2, asked=2)
+    assert found is not None
+    assert len(found.ranked) == 1
 
 
 def test_paths_that_are_asked_for_cut_a_silhouette_and_auto_does_not(device: int) -> None:
