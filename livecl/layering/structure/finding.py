@@ -43,6 +43,8 @@ MOST_REGIONS = 150
 MAX_MISTAKEN = 0.1
 #: Share above which the paint order of the evidence alone is taken where it has no more: no two regions change places.
 SOME_MISTAKEN = 0.02
+#: Prices with which no two regions change places.
+UNTURNED = dataclasses.replace(PRICES, turn=np.inf)
 #: Mean squared error that the layers may hold for which there are too few paths: as much as regions leave on faces at 8
 #: paths, which paint several shapes with one path then.
 MAX_LEFT_OUT = 5e-4
@@ -153,8 +155,7 @@ def _explained_by_regions(
     for regions in (smooth, noisy) if cheaper else (noisy, smooth):
         explaining = None
         if isinstance(regions, SmoothRegions):
-            found = _of_outlines(Outlines(regions), np.array(ground), check)
-            explaining = _judged(found, numbers[0]) if found.shaded else None
+            explaining = _judged_smooth(Outlines(regions), np.array(ground), numbers[0], check)
         elif regions is not None:
             explaining = _judged_flat(data, shape, ground, numbers, check)
         if explaining is not None:
@@ -164,12 +165,24 @@ def _explained_by_regions(
     return _judged_flat(data, shape, ground, numbers, check) if _many_explained(_regions(data, shape)) else None
 
 
+def _judged_smooth(outlines: Outlines, ground: FloatArray, most: int, check: _Check) -> Structure | None:
+    """Return the structure of a shaded picture, where it shows it; of the evidence alone, where only that does."""
+    for prices in (PRICES, UNTURNED):
+        found = _of_outlines(outlines, ground, check, prices)
+        if not found.shaded:
+            return None
+        explaining = _judged(found, most)
+        if explaining is not None:
+            return explaining
+    return None
+
+
 def _judged_flat(
     data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], numbers: tuple[int, int], check: _Check
 ) -> Structure | None:
     """Return the structure of a flat picture, where it shows it, for layers at most and layers asked for."""
     most, asked = numbers
-    found = _judged(_flat(data, shape, ground, check), most)
+    found = _judged(_flat(data, shape, ground, check), most) or _judged(_unturned(data, shape, ground, check), most)
     if found is None or not len(found.ranked) < asked <= MOST_ASKED * len(found.ranked):
         return found
     outlines = _parts(data, shape, ground, check)
@@ -182,12 +195,16 @@ def _judged_flat(
 
 @functools.lru_cache(maxsize=2)
 def _flat(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check: _Check) -> Structure:
-    outlines = _parts(data, shape, ground, check)
-    found = _of_outlines(outlines, np.array(ground), check)
+    found = _of_outlines(_parts(data, shape, ground, check), np.array(ground), check)
     if found.mistaken > SOME_MISTAKEN:  # pixels decide first
-        unturned = _of_outlines(outlines, np.array(ground), check, dataclasses.replace(PRICES, turn=np.inf))
+        unturned = _unturned(data, shape, ground, check)
         found = unturned if unturned.mistaken <= SOME_MISTAKEN else found
     return found
+
+
+@functools.lru_cache(maxsize=2)
+def _unturned(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check: _Check) -> Structure:
+    return _of_outlines(_parts(data, shape, ground, check), np.array(ground), check, UNTURNED)
 
 
 @functools.lru_cache(maxsize=2)

@@ -167,6 +167,25 @@ def test_where_regions_that_changed_places_hide_what_shows_the_evidence_orders(
         assert found is not None and found.mistaken < 0.01
 
 
+@pytest.mark.parametrize("shaded", [False, True])
+def test_where_regions_that_changed_places_need_too_many_paths_the_evidence_orders(
+    device: int, monkeypatch: pytest.MonkeyPatch, shaded: bool
+) -> None:
+    image = shaded_bars(device)[:, ::-1] if shaded else two_squares(0.84)
+    orders, find_layers, judged = [], finding.find_layers, finding._judged
+
+    def recorded(*arguments: Any) -> list[Any]:
+        orders.append(bool(np.isinf(arguments[3].turn)))
+        return find_layers(*arguments)
+
+    monkeypatch.setattr(finding, "find_layers", recorded)
+    monkeypatch.setattr(finding, "_judged", lambda found, most: judged(found, most) if orders[-1] else None)
+    found = found_structure(image, WHITE, 4, SHADING if shaded else None)
+    assert orders == [False, True]
+    assert found is not None
+    assert found.shaded == shaded
+
+
 def test_flat_pictures_have_no_gradients() -> None:
     found = found_structure(two_squares(0.9), WHITE, MANY, SHADING)
     assert found is not None
