@@ -49,7 +49,7 @@ def test_icons_have_the_layers_and_colours_that_a_person_draws(drawn: Drawing) -
 def test_clip_art_leaves_out_layers_that_the_default_has() -> None:
     image = livecl.read_image(EXAMPLES / "scene.png")
     default, clipart = (
-        livecl.vectorize(image, options=Options.preset(name, placement="region", background="white"))
+        livecl.vectorize(image, 64, options=Options.preset(name, placement="region", background="white"))
         for name in ("default", "clipart")
     )
     assert clipart.drawing.num_layers < default.drawing.num_layers

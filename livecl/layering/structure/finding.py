@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable
+from collections.abc import Set as AbstractSet
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,8 @@ MAX_MISTAKEN = 0.1
 SOME_MISTAKEN = 0.02
 #: Prices with which no two regions change places.
 UNTURNED = dataclasses.replace(PRICES, turn=np.inf)
+#: Share of a layer above which it is joined with no other shape: what joins two shapes hides what lies between them.
+LAYER_MISTAKEN = 0.002
 #: Mean squared error that the layers may hold for which there are too few paths: as much as regions leave on faces at 8
 #: paths, which paint several shapes with one path then.
 MAX_LEFT_OUT = 5e-4
@@ -182,7 +185,8 @@ def _judged_flat(
 ) -> Structure | None:
     """Return the structure of a flat picture, where it shows it, for layers at most and layers asked for."""
     most, asked = numbers
-    found = _judged(_flat(data, shape, ground, check), most) or _judged(_unturned(data, shape, ground, check), most)
+    explanations = (_judged(of(data, shape, ground, check), most) for of in (_with_all_shown, _flat, _unturned))
+    found = next((found for found in explanations if found is not None), None)
     if found is None or not len(found.ranked) < asked <= MOST_ASKED * len(found.ranked):
         return found
     outlines = _parts(data, shape, ground, check)
@@ -205,6 +209,19 @@ def _flat(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check:
 @functools.lru_cache(maxsize=2)
 def _unturned(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check: _Check) -> Structure:
     return _of_outlines(_parts(data, shape, ground, check), np.array(ground), check, UNTURNED)
+
+
+@functools.lru_cache(maxsize=2)
+def _with_all_shown(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check: _Check) -> Structure:
+    """Return layers of which those that hid what the picture shows are joined with no others."""
+    found, apart = _flat(data, shape, ground, check), set[int]()
+    while hiding := found.mistaken_by(LAYER_MISTAKEN):
+        apart.update(*(layer.shown for layer in hiding))
+        again = _of_outlines(_parts(data, shape, ground, check), np.array(ground), check, apart=apart)
+        if again.mistaken >= found.mistaken:
+            break
+        found = again
+    return found
 
 
 @functools.lru_cache(maxsize=2)
@@ -243,11 +260,17 @@ def _judged(found: Structure, most: int) -> Structure | None:
     return found if left_out <= MAX_LEFT_OUT * found.top.size * len(found.ground) else None
 
 
-def _of_outlines(outlines: Outlines, ground: FloatArray, check: _Check, prices: Prices = PRICES) -> Structure:
+def _of_outlines(
+    outlines: Outlines,
+    ground: FloatArray,
+    check: _Check,
+    prices: Prices = PRICES,
+    apart: AbstractSet[int] = frozenset(),
+) -> Structure:
     from skimage.draw import polygon2mask
 
     regions = outlines.regions
-    layers, size = find_layers(outlines, ground, check.call, prices), regions.labels.shape
+    layers, size = find_layers(outlines, ground, check.call, prices, apart), regions.labels.shape
     masks = np.zeros((len(layers), *size), bool)
     for mask, layer in zip(masks, layers, strict=True):
         for points in layer.outlines:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Callable, Iterable
+from collections.abc import Set as AbstractSet
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,11 +78,15 @@ class _Join:
 
 
 def find_layers(
-    outlines: Outlines, ground: FloatArray, check: Callable[[], None] = lambda: None, prices: Prices = PRICES
+    outlines: Outlines,
+    ground: FloatArray,
+    check: Callable[[], None] = lambda: None,
+    prices: Prices = PRICES,
+    apart: AbstractSet[int] = frozenset(),
 ) -> list[Layer]:
     """Return the layers of a flat picture over a ground of a colour (C,), the lowest first.
 
-    `check` is called several times a second; what it raises ends the search.
+    `check` is called several times a second; what it raises ends the search. Regions of `apart` are joined with none.
     """
     regions = outlines.regions
     behind = ground_regions(outlines, ground)
@@ -95,7 +100,7 @@ def find_layers(
         scene.add(k, {o for (region, o) in markings if region == k and scene.depth[o] > scene.depth[k]})
     for screen in seen_through:
         scene.unite(screen.front, screen.behind)
-    scene.join_all(check)
+    scene.join_all(check, apart)
     return [Layer(shape, regions.colors[k], frozenset(scene.shapes[k].shown)) for k, shape in scene.whole()]
 
 
@@ -178,12 +183,13 @@ class _Scene:
         against, best = min((self._against(shown, depth), depth) for depth in depths)
         return max(0.0, against - apart), best
 
-    def join_all(self, check: Callable[[], None]) -> None:
+    def join_all(self, check: Callable[[], None], apart: AbstractSet[int]) -> None:
         """Join shapes of one colour, again and again the pair that saves most; then each with itself.
 
+        Not those of some regions, `apart`.
         A shape that could be joined with either of two others as well, but not with both, is joined with neither.
         """
-        few = few_alike(self.outlines, sorted(self.shapes))
+        few = few_alike(self.outlines, sorted(k for k, shape in self.shapes.items() if not shape.shown & apart))
         tried: dict[tuple[Contour, ...], _Join | None] = {}
         unclear: set[tuple[Contour, ...]] = set()
         while True:
@@ -208,7 +214,8 @@ class _Scene:
             else:
                 self._join(best)
         for k, shape in self.shapes.items():
-            self._cut(k, shape)
+            if not shape.shown & apart:
+                self._cut(k, shape)
 
     def _best_join(self, a: int, b: int) -> _Join | None:
         """Return the best way to join two shapes that saves anything."""

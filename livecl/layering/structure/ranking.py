@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,12 +92,24 @@ class Structure:
     @property
     def mistaken(self) -> float:
         """Share of the pixels within regions at which the layers, painted over each other, show something else."""
+        wrong, inner = self._wrong
+        return float(wrong.sum() / max(inner, 1))
+
+    def mistaken_by(self, least: float) -> list[Layer]:
+        """Return the layers that show something else at more than a share of the pixels within regions each."""
+        wrong, inner = self._wrong
+        counts = np.bincount(self.top[wrong], minlength=len(self.layers) + 1)[1:]
+        return [self.layers[k] for k in np.flatnonzero(counts > least * inner)]
+
+    @functools.cached_property
+    def _wrong(self) -> tuple[BoolArray, int]:
+        """Pixels within regions at which the layers show something else, (H, W), and how many are within regions."""
         regions = self.regions
         inner = ndimage.minimum_filter(regions.labels, 3) == ndimage.maximum_filter(regions.labels, 3)
         seen = painted(regions, self.layers, self.ground, self.top)
         wanted = regions.image if isinstance(regions, SmoothRegions) else regions.colors[regions.labels]
         miss = np.abs(seen - wanted).max(axis=-1)
-        return float(np.mean(miss[inner] > explained_miss(regions))) if inner.any() else 0.0
+        return inner & (miss > explained_miss(regions)), int(inner.sum())
 
     def united(self, most: int) -> Structure:
         """Unite layers of one fill, where at most `most` are wanted and less is lost by it than by leaving one out.

@@ -327,3 +327,13 @@ def test_shapes_go_on_below_opaque_ones_only(opacity: float) -> None:
     shapes = [mask for mask, color in found(image, np.zeros(4)) if color[0] > color[2]]
     assert len(shapes) == 1
     assert overlap(shapes[0], whole if opacity == 1 else whole & ~front) > 0.95
+
+
+def test_regions_kept_apart_are_joined_with_none() -> None:
+    image = picture((box(10, 40, 86, 56), RED), (box(40, 30, 56, 66), BLUE))
+    outlines = with_parts(flat_regions(image), np.array(WHITE))
+    regions = outlines.regions
+    red = {k for k in range(outlines.count) if np.abs(regions.colors[k] - RED).max() < 0.02}
+    for apart, number in ((set(), 1), ({min(red)}, 2), (red, 2)):
+        layers = find_layers(outlines, np.array(WHITE), apart=apart)
+        assert sum(bool(layer.shown & red) for layer in layers) == number
