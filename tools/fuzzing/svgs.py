@@ -230,7 +230,8 @@ def check(data: bytes) -> str:
     style = rng.choice(("inkscape", "plain"))
     text = format_svg(drawing, precision, style)  # type: ignore[arg-type]  # one of the two
     again = read_svg(text.encode())
-    same(quantize(drawing, precision), again, with_stages=style == "inkscape")
+    # Where a drawing has groups of its own, these are written, and not its stages.
+    same(quantize(drawing, precision), again, with_stages=style == "inkscape" and not any(drawing.groups))
     assert format_svg(again, precision, style) == text, "written again, it is other text"  # type: ignore[arg-type]
     return "read" if drawing.num_layers else "read, empty"
 
