@@ -110,7 +110,7 @@ class Matcher(cssselect2.Matcher):  # type: ignore[misc]  # cssselect2 has no ty
         try:
             compiled = cssselect2.compile_selector_list(prelude, namespaces)
         except (cssselect2.SelectorError, NotImplementedError, SyntaxError, RecursionError):
-            return False
+            return False  # cssselect2 raises all of these on text: bad selectors, and kinds that it does not have
         for selector in compiled:
             if selector.pseudo_element is None:
                 self.add_selector(selector, payload)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.shapes import rectangle
-from support.states import load, save
+from support.states import stopped_and_resumed
 
 import livecl
 from livecl import Drawing, Options, vectorize
@@ -20,7 +20,6 @@ from livecl.geometry.outlines import circle, reversed_path
 from livecl.image.errors import mse
 from livecl.image.masks import Masks
 from livecl.rendering.rasterizer import Rasterizer
-from livecl.run.callbacks import Step
 from livecl.run.loop import train
 from livecl.run.progress import Progress
 from livecl.run.recipe import Recipe
@@ -111,15 +110,8 @@ def test_a_run_with_gradients_is_saved_and_goes_on_equal(tmp_path: Path, device:
     expected = train(Run(target, beginning(), device))[-1].drawing
     assert sorted(expected.fills.kinds.tolist()) == [LINEAR, RADIAL]
     for stop in ((0, 6), (1, 6), (2, 6)):
-        first = Run(target, beginning(), device)
-
-        def stopping(step: Step, stop: tuple[int, int] = stop) -> bool:
-            return (step.stage, step.iteration) == stop
-
-        train(first, stopping)
-        save(first.progress, tmp_path / "state")
-        second = Run(target, load(tmp_path / "state"), device)
-        assert train(second)[-1].drawing._repr_svg_() == expected._repr_svg_()
+        resumed = stopped_and_resumed(target, beginning(), stop, tmp_path / "state", device)
+        assert resumed._repr_svg_() == expected._repr_svg_()
 
 
 def test_the_layer_of_a_mask_is_shaded(device: int) -> None:

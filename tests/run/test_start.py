@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from support.states import load, save
+from support.states import stopped_and_resumed
 
 import livecl
 from livecl import Drawing, Options, vectorize
 from livecl.image.errors import mse
-from livecl.run.callbacks import Step
 from livecl.run.loop import train
 from livecl.run.progress import Progress
 from livecl.run.run import Run
@@ -112,15 +111,8 @@ def test_a_run_from_a_drawing_is_saved_and_goes_on_equal(drawing: Drawing, tmp_p
     whole = Run(target, beginning(), device)
     expected = train(whole)[-1].drawing
     for stop in ((0, 6), (1, 6), (2, 6)):
-        first = Run(target, beginning(), device)
-
-        def stopping(step: Step, stop: tuple[int, int] = stop) -> bool:
-            return (step.stage, step.iteration) == stop
-
-        train(first, stopping)
-        save(first.progress, tmp_path / "state")
-        second = Run(target, load(tmp_path / "state"), device)
-        assert train(second)[-1].drawing._repr_svg_() == expected._repr_svg_()
+        resumed = stopped_and_resumed(target, beginning(), stop, tmp_path / "state", device)
+        assert resumed._repr_svg_() == expected._repr_svg_()
 
 
 def test_an_empty_start_is_none(device: int) -> None:

@@ -52,12 +52,17 @@ def curve(*points: tuple[float, float]) -> Subpath:
     return np.concatenate([rows, np.broadcast_to(np.array(points[-1], float), (1, 3, 2))]), True
 
 
-def drawing(*layers: tuple[tuple[float, float, float], float, list[Subpath]], cap: int = 1, join: int = 1) -> Drawing:
+def drawing(
+    *layers: tuple[tuple[float, float, float], float, list[Subpath]],
+    cap: int = 1,
+    join: int = 1,
+    size: tuple[int, int] = SIZE,
+) -> Drawing:
     """Layers of a colour, a width and subpaths, on white."""
     return Drawing.from_outlines(
         [[rows for rows, _ in subpaths] for _, _, subpaths in layers],
         [(*color, 1) for color, _, _ in layers],
-        SIZE,
+        size,
         strokes=Strokes(
             widths=[width for _, width, _ in layers],
             caps=cap,

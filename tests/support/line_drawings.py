@@ -6,32 +6,19 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from livecl.drawing import Drawing, Strokes
-from support.line_art import BLACK, BLUE, RED, Subpath, arc, curve, line, polygon
+from livecl.drawing import Drawing
+from support.line_art import BLACK, BLUE, RED, Subpath, arc, curve, drawing, line, polygon
 
 SIZE = (240, 240)
 GREEN, GRAY = (0.1, 0.5, 0.2), (0.35, 0.35, 0.4)
-Layer = tuple[tuple[float, float, float], float, list[Subpath]]
-
-
-def _drawing(*layers: Layer, cap: int = 1, join: int = 1) -> Drawing:
-    return Drawing.from_outlines(
-        [[rows for rows, _ in subpaths] for _, _, subpaths in layers],
-        [(*color, 1) for color, _, _ in layers],
-        SIZE,
-        strokes=Strokes(
-            widths=[width for _, width, _ in layers],
-            caps=cap,
-            joins=join,
-            is_open=np.array([is_open for _, _, subpaths in layers for _, is_open in subpaths]),
-        ),
-    )
+_drawing = functools.partial(drawing, size=SIZE)
 
 
 def _smooth(*points: tuple[float, float], closed: bool = False) -> Subpath:

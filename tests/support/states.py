@@ -10,11 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl import Options
+from livecl import Drawing, Options
 from livecl.drawing.assembly import empty_drawing
+from livecl.run.callbacks import Step
 from livecl.run.checkpoint import Checkpoints, load_checkpoint
+from livecl.run.loop import train
 from livecl.run.progress import Progress
 from livecl.run.record import Record
+from livecl.run.run import Run
 
 SCHEDULE = (1, 2)
 
@@ -60,3 +63,17 @@ def assert_equal(one: Progress, other: Progress) -> None:
     for part, same in ((one, other), (one.state, other.state)):
         for field in dataclasses.fields(part):
             assert equal(getattr(part, field.name), getattr(same, field.name)), field.name
+
+
+def stopped_and_resumed(
+    target: NDArray[np.float32], progress: Progress, stop: tuple[int, int], path: Path, device: int
+) -> Drawing:
+    """Return the drawing of a run that is stopped after a stage's iteration, saved, loaded and trained to its end."""
+
+    def stopping(step: Step) -> bool:
+        return (step.stage, step.iteration) == stop
+
+    first = Run(target, progress, device)
+    train(first, stopping)
+    save(first.progress, path)
+    return train(Run(target, load(path), device))[-1].drawing
