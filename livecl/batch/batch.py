@@ -12,10 +12,10 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from livecl.batch.inputs import Picture, find_pictures
+from livecl.batch.inputs import Input, find_pictures
 from livecl.batch.pool import Task, work_locally
 from livecl.batch.summary import Outcome, Summary
-from livecl.batch.worker import Made, Work
+from livecl.batch.worker import Made, Request
 from livecl.drawing.checks import check_whole
 from livecl.files import check_folder, write_atomically
 from livecl.run.recipe import Recipe
@@ -53,14 +53,14 @@ class Batch:
     ----------
     inputs, output_folder, skip_done
         As for :func:`vectorize_files`.
-    work : Work
+    request : Request
         Recipe, device and time limit.
     workers : Workers, optional
         Who does it.
 
     Attributes
     ----------
-    pictures : list of Picture
+    pictures : list of Input
         The pictures, and the name of each one's SVG.
     recipe : Recipe
         The request that holds for each picture.
@@ -70,7 +70,7 @@ class Batch:
         self,
         inputs: Iterable[str | os.PathLike[str]] | str | os.PathLike[str],
         output_folder: str | os.PathLike[str],
-        work: Work,
+        request: Request,
         workers: Workers | None = None,
         *,
         skip_done: bool = True,
@@ -79,16 +79,16 @@ class Batch:
         self._folder = Path(output_folder)
         _check_output_folder(self._folder)
         self._summary = Summary(self._folder)
-        self.recipe = work.recipe
+        self.recipe = request.recipe
         self._fingerprint = self.recipe.fingerprint
-        self._work, self._workers = work, Workers() if workers is None else workers
+        self._request, self._workers = request, Workers() if workers is None else workers
         # A picture that was stopped is done for the same time limit only.
-        self._stopped_fingerprint = _digest(f"{self._fingerprint} {work.time_limit}".encode())
+        self._stopped_fingerprint = _digest(f"{self._fingerprint} {request.time_limit}".encode())
         self._skip_done = skip_done
         if self._workers.scheduler is None:
             from livecl.opencl.device import choose_device
 
-            choose_device(work.device)
+            choose_device(request.device)
         else:
             from livecl.batch.cluster import check_scheduler
 
@@ -138,12 +138,12 @@ class Batch:
 
     def _answers(self, tasks: Iterator[Task], client: Client | None) -> Generator[tuple[int, Made | str], None, None]:
         if client is None:
-            return work_locally(tasks, self._work, workers=self._workers.count, threads=self._workers.threads)
+            return work_locally(tasks, self._request, workers=self._workers.count, threads=self._workers.threads)
         from livecl.batch.cluster import work_on_cluster
 
-        return work_on_cluster(tasks, self._work, client)
+        return work_on_cluster(tasks, self._request, client)
 
-    def _done(self, picture: Picture, digest: str) -> Outcome | None:
+    def _done(self, picture: Input, digest: str) -> Outcome | None:
         """Return the outcome of a picture that needs no work: its SVG is there as it would be made."""
         row = self._summary.get(picture.output)
         if row is None or row.picture != digest or row.recipe not in (self._fingerprint, self._stopped_fingerprint):
@@ -156,7 +156,7 @@ class Batch:
             return None
         return dataclasses.replace(row, file=_shown(picture.file), status="skipped")
 
-    def _settled(self, picture: Picture, digest: str, answer: Made | str) -> Outcome:
+    def _settled(self, picture: Input, digest: str, answer: Made | str) -> Outcome:
         """Write the SVG, and return the picture's outcome."""
         if isinstance(answer, str):
             return _failed(picture, answer)
@@ -247,8 +247,10 @@ def vectorize_files(
     LiveclError
         If worker processes do not start, or the scheduler is lost.
     """
-    work = Work(Recipe() if recipe is None else recipe, device, time_limit)
-    return Batch(inputs, output_folder, work, Workers(workers, threads, scheduler), skip_done=skip_done).run(on_outcome)
+    request = Request(Recipe() if recipe is None else recipe, device, time_limit)
+    return Batch(inputs, output_folder, request, Workers(workers, threads, scheduler), skip_done=skip_done).run(
+        on_outcome
+    )
 
 
 def _check_output_folder(folder: Path) -> None:
@@ -260,7 +262,7 @@ def _check_output_folder(folder: Path) -> None:
         check_folder(folder.parent, folder)
 
 
-def _failed(picture: Picture, message: str) -> Outcome:
+def _failed(picture: Input, message: str) -> Outcome:
     return Outcome(file=_shown(picture.file), output=picture.output, status="failed", message=message)
 
 

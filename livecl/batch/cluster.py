@@ -13,7 +13,7 @@ from collections.abc import Generator, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from livecl.batch.pool import MAX_ATTEMPTS, Task, available_cores
-from livecl.batch.worker import THREADS_VARIABLE, Made, Work, make
+from livecl.batch.worker import THREADS_VARIABLE, Made, Request, make
 from livecl.errors import LiveclError
 
 if TYPE_CHECKING:
@@ -94,7 +94,9 @@ def _package() -> Any:
     return distributed
 
 
-def work_on_cluster(tasks: Iterable[Task], work: Work, client: Client) -> Generator[tuple[int, Made | str], None, None]:
+def work_on_cluster(
+    tasks: Iterable[Task], request: Request, client: Client
+) -> Generator[tuple[int, Made | str], None, None]:
     """Work on pictures with the workers of a cluster; see :func:`livecl.batch.pool.work_locally`.
 
     Dask cannot tell which of the pictures that a dead worker had was its end, and may give up all of them. Those are
@@ -108,18 +110,18 @@ def work_on_cluster(tasks: Iterable[Task], work: Work, client: Client) -> Genera
     if not client.nthreads():
         _log.warning("the scheduler has no workers yet; waiting for some")
     suspects: list[Task] = []
-    for task, answer in _answers(iter(tasks), work, client):
+    for task, answer in _answers(iter(tasks), request, client):
         if answer is None:
             suspects.append(task)
         else:
             yield task.number, answer
     for suspect in suspects:
         _log.warning("%s: worker processes died that had it; it is tried again, alone", suspect.name)
-        for task, answer in _answers(iter([suspect]), work, client):
+        for task, answer in _answers(iter([suspect]), request, client):
             yield task.number, "the worker processes that had it died" if answer is None else answer
 
 
-def _answers(tasks: Iterator[Task], work: Work, client: Client) -> Iterator[tuple[Task, Made | str | None]]:
+def _answers(tasks: Iterator[Task], request: Request, client: Client) -> Iterator[tuple[Task, Made | str | None]]:
     """Yield the outcome of each task, in order of completion; None if its workers died."""
     from distributed import KilledWorker, as_completed
 
@@ -130,7 +132,7 @@ def _answers(tasks: Iterator[Task], work: Work, client: Client) -> Iterator[tupl
         """Keep each thread of the cluster, also of workers that have come since, busy and one picture ahead."""
         threads = sum(client.nthreads().values())
         while len(sent) < AHEAD * max(1, threads) and (task := next(tasks, None)) is not None:
-            future = client.submit(make, task.data, task.name, work, pure=False)
+            future = client.submit(make, task.data, task.name, request, pure=False)
             sent[future] = task
             finished.add(future)
 

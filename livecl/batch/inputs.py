@@ -14,8 +14,8 @@ from livecl.image.source import SUFFIXES
 
 
 @dataclasses.dataclass(frozen=True)
-class Picture:
-    """A picture of a batch.
+class Input:
+    """A picture of a batch and the name of its SVG.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ def is_pattern(text: str) -> bool:
     return glob.has_magic(text) and not os.path.lexists(text)
 
 
-def find_pictures(inputs: Iterable[str | os.PathLike[str]]) -> list[Picture]:
+def find_pictures(inputs: Iterable[str | os.PathLike[str]]) -> list[Input]:
     """Return the pictures that files, folders and patterns stand for, each once, in their order.
 
     A folder stands for the pictures in it and in its folders, by their endings, without hidden ones. The SVG of
@@ -59,7 +59,7 @@ def find_pictures(inputs: Iterable[str | os.PathLike[str]]) -> list[Picture]:
     if not found:
         raise ValueError("inputs: got none, wanted pictures or folders of pictures")
     outputs = _outputs(list(found.values()))
-    return [Picture(file, output) for (file, _), output in zip(found.values(), outputs, strict=True)]
+    return [Input(file, output) for (file, _), output in zip(found.values(), outputs, strict=True)]
 
 
 def _expanded(text: str) -> list[tuple[Path, Path]]:

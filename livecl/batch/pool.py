@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from multiprocessing.connection import wait
 
-from livecl.batch.worker import Made, Work, serve
+from livecl.batch.worker import Made, Request, serve
 from livecl.errors import LiveclError
 
 #: Attempts per picture when workers crash.
@@ -40,10 +40,10 @@ class Task:
 class _Worker:
     """A worker process, the connection to it, and the task that it has, or gets once it is ready."""
 
-    def __init__(self, work: Work, threads: int) -> None:
+    def __init__(self, request: Request, threads: int) -> None:
         context = multiprocessing.get_context("spawn")
         self.connection, theirs = context.Pipe()
-        self.process = context.Process(target=serve, args=(theirs, work, threads), daemon=True)
+        self.process = context.Process(target=serve, args=(theirs, request, threads), daemon=True)
         self.process.start()
         theirs.close()  # so that the connection ends when the process does
         self.task: Task | None = None
@@ -67,7 +67,7 @@ class _Worker:
 
 
 def work_locally(
-    tasks: Iterable[Task], work: Work, *, workers: int | None = None, threads: int = 1
+    tasks: Iterable[Task], request: Request, *, workers: int | None = None, threads: int = 1
 ) -> Generator[tuple[int, Made | str], None, None]:
     """Work on pictures in processes of this machine.
 
@@ -77,7 +77,7 @@ def work_locally(
     ----------
     tasks : iterable of Task
         The pictures; taken one by one as workers come free.
-    work : Work
+    request : Request
         The request that holds for each picture.
     workers : int, optional
         Processes; as many as there are cores for this one where not given.
@@ -94,7 +94,7 @@ def work_locally(
     LiveclError
         If worker processes do not start.
     """
-    pool = _Pool(work, workers or available_cores(), threads)
+    pool = _Pool(request, workers or available_cores(), threads)
     try:
         yield from pool.run(iter(tasks))
     finally:
@@ -111,8 +111,8 @@ def available_cores() -> int:
 class _Pool:
     """Pool of workers, and the tasks of crashed ones."""
 
-    def __init__(self, work: Work, size: int, threads: int) -> None:
-        self._work, self._size, self._threads = work, size, threads
+    def __init__(self, request: Request, size: int, threads: int) -> None:
+        self._request, self._size, self._threads = request, size, threads
         self._workers: list[_Worker] = []
         self._left: deque[Task] = deque()
         self._failed_starts = 0
@@ -149,7 +149,7 @@ class _Pool:
             if task is None:
                 return
             if not idle:
-                idle.append(_Worker(self._work, self._threads))
+                idle.append(_Worker(self._request, self._threads))
                 self._workers.append(idle[0])
             idle.pop().give(task)
 

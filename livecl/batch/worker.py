@@ -22,7 +22,7 @@ _one_at_a_time = threading.Lock()
 
 
 @dataclasses.dataclass(frozen=True)
-class Work:
+class Request:
     """Request that holds for each picture; sent to the workers once, or with each picture.
 
     Attributes
@@ -57,7 +57,7 @@ class Made:
     stopped: str | None = None
 
 
-def make(data: bytes, name: str, work: Work) -> Made | str:
+def make(data: bytes, name: str, request: Request) -> Made | str:
     """Vectorize one picture.
 
     Parameters
@@ -66,8 +66,8 @@ def make(data: bytes, name: str, work: Work) -> Made | str:
         Content of the picture's file.
     name : str
         Name of the picture in messages.
-    work : Work
-        The request.
+    request : Request
+        What holds for each picture.
 
     Returns
     -------
@@ -76,20 +76,20 @@ def make(data: bytes, name: str, work: Work) -> Made | str:
     """
     from livecl.image.reading import read_image
 
-    if work.version != __version__:
-        return f"the worker has livecl {__version__}, wanted {work.version}, as where the batch was started"
-    control = Control(time_limit=work.time_limit)
+    if request.version != __version__:
+        return f"the worker has livecl {__version__}, wanted {request.version}, as where the batch was started"
+    control = Control(time_limit=request.time_limit)
     stream = io.BytesIO(data)
     stream.name = name
     try:
         with _one_at_a_time, warnings.catch_warnings(record=True) as caught:
-            result = work.recipe.vectorize(read_image(stream), work.device, None, control)
+            result = request.recipe.vectorize(read_image(stream), request.device, None, control)
     except Exception as error:
         return " ".join((str(error) or type(error).__name__).split())
     if result.stopped is not None and not result.drawing.num_layers:
         return f"{result.stopped}; there was no path yet"
     return Made(
-        svg=work.recipe.svg(result.drawing),
+        svg=request.recipe.svg(result.drawing),
         paths=result.drawing.num_layers,
         mse=result.mse,
         seconds=result.seconds,
@@ -100,7 +100,7 @@ def make(data: bytes, name: str, work: Work) -> Made | str:
     )
 
 
-def serve(connection: Connection, work: Work, threads: int) -> None:
+def serve(connection: Connection, request: Request, threads: int) -> None:
     """Work on the pictures that come through a connection until it is closed; the body of a worker process.
 
     Sends None when ready, then :func:`make` of each (data, name). An interruption from the keyboard,
@@ -112,6 +112,6 @@ def serve(connection: Connection, work: Work, threads: int) -> None:
         connection.send(None)
         while True:
             data, name = connection.recv()
-            connection.send(make(data, name, work))
+            connection.send(make(data, name, request))
     except (EOFError, OSError):  # the other end has gone
         return

@@ -227,11 +227,11 @@ def _checked_batch(arguments: argparse.Namespace, recipe: Recipe) -> BatchJob:
     if recipe.masks is not None:
         raise ValueError("--masks: goes with one picture, and there are several, or a folder")
     from livecl.batch.batch import Batch, Workers
-    from livecl.batch.worker import Work
+    from livecl.batch.worker import Request
 
-    work = Work(recipe, arguments.device, arguments.time_limit)
+    request = Request(recipe, arguments.device, arguments.time_limit)
     workers = Workers(arguments.workers, arguments.threads or 1, arguments.scheduler)
-    batch = Batch(arguments.inputs, arguments.output, work, workers, skip_done=not arguments.redo)
+    batch = Batch(arguments.inputs, arguments.output, request, workers, skip_done=not arguments.redo)
     return BatchJob(batch=batch, folder=arguments.output, quiet=arguments.quiet)
 
 

@@ -39,7 +39,7 @@ CUT = 1.25
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Outline:
+class CorneredOutline:
     """A closed polyline with its corners.
 
     Attributes
@@ -68,7 +68,7 @@ class _Arms:
     reach: IntArray
 
 
-def find_corners(points: FloatArray, noise: float) -> Outline:
+def find_corners(points: FloatArray, noise: float) -> CorneredOutline:
     """Return a closed polyline with corners where its sides meet, in place of the points next to them.
 
     Parameters
@@ -81,7 +81,7 @@ def find_corners(points: FloatArray, noise: float) -> Outline:
     z = points[:, 0] + 1j * points[:, 1]
     count = len(z)
     if count < 8:
-        return Outline(points, np.zeros(0, np.int64))
+        return CorneredOutline(points, np.zeros(0, np.int64))
     ahead, behind = _arms(z, noise), _arms(z[::-1], noise)
     back, back_at, back_error = behind.way[::-1], behind.at[::-1], behind.error[::-1]
     bends = np.abs(np.angle(-ahead.way / back))
@@ -180,7 +180,7 @@ def _arms(z: ComplexArray, noise: float) -> _Arms:
     return _Arms(at, way, error, misses, reach)
 
 
-def _with_corners(z: ComplexArray, chosen: IntArray, meet: ComplexArray) -> Outline:
+def _with_corners(z: ComplexArray, chosen: IntArray, meet: ComplexArray) -> CorneredOutline:
     """Put corners in the place of the points next to them, which arms leave out."""
     count = len(z)
     kept = np.ones(count, bool)
@@ -192,4 +192,4 @@ def _with_corners(z: ComplexArray, chosen: IntArray, meet: ComplexArray) -> Outl
     kept[chosen] = True
     numbers = np.cumsum(kept) - 1
     points = np.stack([placed.real, placed.imag], axis=1)[kept]
-    return Outline(points, numbers[chosen])
+    return CorneredOutline(points, numbers[chosen])

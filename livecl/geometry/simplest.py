@@ -12,7 +12,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.geometry.corners import Outline
+from livecl.geometry.corners import CorneredOutline
 from livecl.geometry.least_path import SHARES, SegmentPrices, Segments, cheapest_way
 
 FloatArray = NDArray[np.float64]
@@ -52,7 +52,7 @@ class Draft:
 class MeasuredOutline:
     """A closed outline by its length: points, and candidate places of anchors."""
 
-    def __init__(self, outline: Outline) -> None:
+    def __init__(self, outline: CorneredOutline) -> None:
         self.outline = outline
         z = outline.points[:, 0] + 1j * outline.points[:, 1]
         closed = np.concatenate([z, z[:1]])

@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livecl.geometry.center_lines import CenterLines, center_lines
+from livecl.geometry.center_lines import CenterLines
 
 __all__ = ["BEVEL", "BUTT", "CAPS", "JOINS", "MITER", "ROUND", "SQUARE", "Pens", "StrokeOutlines", "outline_strokes"]
 
@@ -170,7 +170,7 @@ def outline_strokes(
     """
     num_strokes = len(np.asarray(offsets)) - 1
     radii = np.broadcast_to(np.asarray(pens.widths, dtype=np.float64) / 2, num_strokes)
-    lines = center_lines(np.asarray(vertices, np.float64), np.asarray(offsets), np.asarray(closed, bool), smooth)
+    lines = CenterLines.of(np.asarray(vertices, np.float64), np.asarray(offsets), np.asarray(closed, bool), smooth)
     caps, joins = (np.broadcast_to(np.asarray(value, dtype=np.int64), num_strokes) for value in (pens.caps, pens.joins))
     limits = np.broadcast_to(np.asarray(pens.miter_limits, np.float64), num_strokes)
     parts: list[Part] = [

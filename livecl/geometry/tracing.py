@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.geometry.bezier import signed_area
-from livecl.geometry.corners import Outline, find_corners
+from livecl.geometry.corners import CorneredOutline, find_corners
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area, polygon_crossing_area
 from livecl.geometry.ellipses import ellipses_of
 from livecl.geometry.least_path import SegmentPrices
@@ -84,7 +84,7 @@ def trace(points: FloatArray, noise: float, prices: TracingPrices = PRICES, wave
     return np.asarray((first if lost else untangled)[:, :3])
 
 
-def _cheapest(points: FloatArray, outline: Outline, prices: SegmentPrices) -> FloatArray:
+def _cheapest(points: FloatArray, outline: CorneredOutline, prices: SegmentPrices) -> FloatArray:
     """Return the cubics (s, 4, 2) of the ellipse or the path that costs least."""
     ellipse, cubics = _best_ellipse(points, prices)
     if cubics is not None and ellipse <= 2 * prices.curve and not len(outline.corners):  # no loop of curves costs less

@@ -30,7 +30,7 @@ from livecl.options import OPAQUE_FROM
 #: Squared change of a picture below which a layer does nothing: far below that of one level of 255 in one pixel.
 MIN_SQUARE = 1e-9
 #: Mask (h, w) of the pixels of a window that are looked at, or all of them.
-Pixels = NDArray[np.bool_] | EllipsisType
+Chosen = NDArray[np.bool_] | EllipsisType
 
 
 class Opacities:
@@ -65,7 +65,7 @@ class Opacities:
         self._changes = {}
 
     def followers(
-        self, color: NDArray[Any], depths: list[int], window: Window, pixels: Pixels
+        self, color: NDArray[Any], depths: list[int], window: Window, pixels: Chosen
     ) -> list[Callable[[NDArray[Any]], float]]:
         """Return for each depth the gain of the layer that follows a new one, as a function of the new alpha.
 
@@ -75,7 +75,7 @@ class Opacities:
         return [self._follower(k, color, depth, window, pixels) for k, depth in zip(following, depths, strict=True)]
 
     def _follower(
-        self, k: int, color: NDArray[Any], depth: int, window: Window, pixels: Pixels
+        self, k: int, color: NDArray[Any], depth: int, window: Window, pixels: Chosen
     ) -> Callable[[NDArray[Any]], float]:
         if k == len(self._stack) or self._stack.alphas[k].max() >= OPAQUE_FROM:
             return lambda share: 0.0

@@ -48,7 +48,7 @@ class LeftOut(collections.Counter[str]):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Layer:
+class ReadLayer:
     """A shape: subpaths (n, 4, 2), px; straight RGBA, or a gradient; stage; id; name; pen, if it is stroked.
 
     `groups` are those around it, the outermost first, each an element's number in the walk and a name.
@@ -98,7 +98,7 @@ def is_upright(outline: list[FloatArray]) -> bool:
     return bool((along.min(axis=1) <= 1e-6).all())
 
 
-def overlap(layers: list[Layer]) -> bool:
+def overlap(layers: list[ReadLayer]) -> bool:
     """Whether the boxes of any two layers overlap."""
     if len(layers) > MAX_COMPARED:
         return True
@@ -110,7 +110,7 @@ def overlap(layers: list[Layer]) -> bool:
     return False
 
 
-def reach_over(layers: list[Layer], matrix: FloatArray, width: float, height: float) -> bool:
+def reach_over(layers: list[ReadLayer], matrix: FloatArray, width: float, height: float) -> bool:
     """Whether a layer leaves the rectangle of `width` by `height` px that `matrix` puts on the canvas."""
     if not layers or not np.linalg.det(matrix):
         return False

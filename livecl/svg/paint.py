@@ -43,7 +43,7 @@ _WORDS = {
 }
 
 
-class Paint(NamedTuple):
+class WrittenPaint(NamedTuple):
     """A paint as written: the id of a paint server, or None; the colour, "none", or None where only a server stands."""
 
     server: str | None
@@ -51,7 +51,7 @@ class Paint(NamedTuple):
 
 
 @functools.lru_cache(maxsize=4096)
-def parse_paint(text: str) -> Paint:
+def parse_paint(text: str) -> WrittenPaint:
     """Return a ``fill`` or ``stroke``; ValueError where it is none."""
     tokens = [
         token for token in tinycss2.parse_component_value_list(text) if token.type not in ("whitespace", "comment")
@@ -66,7 +66,7 @@ def parse_paint(text: str) -> Paint:
     rest = tinycss2.serialize(tokens).strip()
     if rest.lower() not in ("none", "currentcolor") and (rest or server is None):
         parse_rgba(rest)
-    return Paint(None if server is None else server.strip().removeprefix("#"), rest or None)
+    return WrittenPaint(None if server is None else server.strip().removeprefix("#"), rest or None)
 
 
 def is_valid(name: str, value: str) -> bool:

@@ -19,7 +19,7 @@ from livecl.errors import SvgError, readable
 from livecl.geometry import bezier
 from livecl.svg.document import parse_document, read_document
 from livecl.svg.groups import told_apart
-from livecl.svg.layer import Layer
+from livecl.svg.layer import ReadLayer
 from livecl.svg.outline_data import MAX_PRECISION
 from livecl.svg.walker import Walker
 
@@ -75,7 +75,7 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     return drawing
 
 
-def _drawing(layers: list[Layer], size: tuple[float, float]) -> Drawing:
+def _drawing(layers: list[ReadLayer], size: tuple[float, float]) -> Drawing:
     """Return layers as a drawing; ValueError where its coordinates or sides are too large."""
     background = None
     width, height = size
@@ -95,7 +95,7 @@ def _drawing(layers: list[Layer], size: tuple[float, float]) -> Drawing:
     ).replace(groups=told_apart([layer.groups for layer in layers]))
 
 
-def _rows(layer: Layer) -> list[FloatArray]:
+def _rows(layer: ReadLayer) -> list[FloatArray]:
     """Return the points (n, 3, 2) of each subpath; an open one's end is a row of its own."""
     if layer.is_open is None:
         return [subpath[:, :3] for subpath in layer.outline]
@@ -105,7 +105,7 @@ def _rows(layer: Layer) -> list[FloatArray]:
     ]
 
 
-def _strokes(layers: list[Layer]) -> Strokes | None:
+def _strokes(layers: list[ReadLayer]) -> Strokes | None:
     """Return what strokes layers, its widths rounded as coordinates are; None where nothing does."""
     pens = [layer.pen for layer in layers]
     if not any(pens):
@@ -120,7 +120,7 @@ def _strokes(layers: list[Layer]) -> Strokes | None:
     )
 
 
-def _fills(layers: list[Layer]) -> Fills:
+def _fills(layers: list[ReadLayer]) -> Fills:
     """Return what fills layers, its geometry rounded as coordinates are."""
     geometry = np.zeros((len(layers), 3, 2))
     for points, layer in zip(geometry, layers, strict=True):
@@ -137,7 +137,7 @@ def _fills(layers: list[Layer]) -> Fills:
     )
 
 
-def _is_background(layer: Layer, size: tuple[float, float]) -> bool:
+def _is_background(layer: ReadLayer, size: tuple[float, float]) -> bool:
     if layer.identifier != "background" or layer.gradient is not None or layer.color[3] < 1 or len(layer.outline) != 1:
         return False
     x0, y0, x1, y1 = layer.bounds

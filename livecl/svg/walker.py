@@ -30,7 +30,7 @@ from livecl.svg.coordinates import (
 from livecl.svg.document import MAX_DEPTH, MAX_ELEMENTS, tag_of
 from livecl.svg.fill_rule import nonzero_from_even_odd
 from livecl.svg.gradients import Gradient, mean_color
-from livecl.svg.layer import Layer, LeftOut, is_upright, layer_name, overlap, reach_over, stage_match
+from livecl.svg.layer import LeftOut, ReadLayer, is_upright, layer_name, overlap, reach_over, stage_match
 from livecl.svg.paint import background_color, count_left_out, is_stroked, opacity_of, parse_paint, solid_color
 from livecl.svg.paint_servers import FilledShape, PaintServers
 from livecl.svg.pens import drawn, lines_of, pen_of
@@ -76,7 +76,7 @@ class Walker:
 
     Attributes
     ----------
-    layers : list of Layer
+    layers : list of ReadLayer
         Bottom first.
     size : (float, float)
         Width and height of the canvas, px.
@@ -91,7 +91,7 @@ class Walker:
 
     def __init__(self, root: Element) -> None:
         self.left_out = LeftOut()
-        self.layers: list[Layer] = []
+        self.layers: list[ReadLayer] = []
         self._ids: dict[str, Element] = {}
         self._num_elements = self._num_characters = 0
         for element in root.iter():
@@ -111,7 +111,9 @@ class Walker:
         color = background_color(own, self.left_out)
         if color is not None and own.get("display") != "none" and is_shown(root):
             cover = shapes.rectangle_outline(0.0, 0.0, *self.size)
-            self.layers.append(Layer(outline=cover, color=color, stage=0, identifier="background", name="background"))
+            self.layers.append(
+                ReadLayer(outline=cover, color=color, stage=0, identifier="background", name="background")
+            )
         start = _Context(
             matrix=np.eye(3), style={}, own={}, units=units, opacity=1.0, stage=0, viewport=self.size, depth=0
         )
@@ -246,7 +248,7 @@ class Walker:
             self.left_out["group opacity over overlapping shapes"] += 1
         self.layers += painted
 
-    def _filled(self, local: list[FloatArray], here: _Context) -> Layer | None:
+    def _filled(self, local: list[FloatArray], here: _Context) -> ReadLayer | None:
         """Return the layer that fills an outline in user units, if anything does."""
         outline = _finite(shapes.transformed(local, here.matrix))
         fill = self._paint("fill", local, here) if outline else None
@@ -260,7 +262,7 @@ class Walker:
                 self.left_out["even-odd fills of crossing outlines"] += 1
         return self._layer(fill, outline)
 
-    def _stroked(self, tag: str, own: dict[str, str], here: _Context) -> Layer | None:
+    def _stroked(self, tag: str, own: dict[str, str], here: _Context) -> ReadLayer | None:
         """Return the layer of a shape's stroke, if it has any."""
         pen = pen_of(here.style, here.viewport, here.units)
         lines = lines_of(tag, own, here.viewport, here.units)
@@ -278,10 +280,10 @@ class Walker:
         layer = self._layer(paint, _finite(lines.subpaths))
         return layer if pen is None else dataclasses.replace(layer, pen=pen, is_open=lines.is_open)
 
-    def _layer(self, paint: Gradient | Rgba, outline: list[FloatArray]) -> Layer:
+    def _layer(self, paint: Gradient | Rgba, outline: list[FloatArray]) -> ReadLayer:
         """Return a layer, yet without a name."""
         gradient, color = self._held(paint, outline) if isinstance(paint, Gradient) else (None, paint)
-        return Layer(outline=outline, color=color, stage=0, identifier="", name="", gradient=gradient)
+        return ReadLayer(outline=outline, color=color, stage=0, identifier="", name="", gradient=gradient)
 
     def _held(self, gradient: Gradient, outline: list[FloatArray]) -> tuple[Gradient | None, Rgba]:
         """Return a gradient if a drawing can hold it, and the colour nearest to it, for one that is too far away."""

@@ -20,7 +20,7 @@ import livecl
 from livecl.batch.batch import Batch, vectorize_files
 from livecl.batch.pool import MAX_ATTEMPTS
 from livecl.batch.summary import Outcome
-from livecl.batch.worker import Work
+from livecl.batch.worker import Request
 from livecl.errors import DeviceError, LiveclError
 from livecl.run.recipe import Recipe
 
@@ -59,10 +59,10 @@ def test_each_svg_is_that_of_a_single_run(tmp_path: Path) -> None:
 
 def test_workers_have_one_thread_each(tmp_path: Path) -> None:
     from livecl.batch.pool import Task, work_locally
-    from livecl.batch.worker import Work
+    from livecl.batch.worker import Request
 
     (file,) = make_pictures(tmp_path / "in", 1)
-    work = Work(TellsThreads(**{field.name: getattr(QUICK, field.name) for field in dataclasses.fields(QUICK)}))
+    work = Request(TellsThreads(**{field.name: getattr(QUICK, field.name) for field in dataclasses.fields(QUICK)}))
     ((_, answer),) = work_locally([Task(0, file.read_bytes(), "one")], work, workers=1)
     assert answer == "threads: 1"
 
@@ -188,7 +188,7 @@ def test_another_s_table_is_not_overwritten(tmp_path: Path) -> None:
     files = make_pictures(tmp_path / "in", 1)
     (tmp_path / "summary.csv").write_text("sales,2024\n")
     with pytest.raises(ValueError, match=r"summary\.csv: is not the table of a batch and would be overwritten"):
-        Batch(files, tmp_path, Work(QUICK))
+        Batch(files, tmp_path, Request(QUICK))
     assert (tmp_path / "summary.csv").read_text(encoding="utf-8") == "sales,2024\n"
 
 

@@ -24,7 +24,7 @@ from support.device_work import opencl_error
 import livecl
 from livecl import Options, Recipe, vectorize_files
 from livecl.batch.pool import Task
-from livecl.batch.worker import Work, make
+from livecl.batch.worker import Request, make
 from livecl.cli import command as cli
 from livecl.cli.interrupts import Interrupted, Interrupts
 from livecl.opencl.launcher import Launcher
@@ -120,7 +120,7 @@ def test_a_time_limit_before_there_is_a_path(folder: Path, capsys: pytest.Captur
 
 @pytest.mark.usefixtures("slow_clock")
 def test_the_time_limit_of_a_batch_is_that_of_each_picture(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def work_here(tasks: Iterable[Task], work: Work, **_: Any) -> Iterator[tuple[int, Any]]:
+    def work_here(tasks: Iterable[Task], work: Request, **_: Any) -> Iterator[tuple[int, Any]]:
         for task in tasks:
             yield task.number, make(task.data, task.name, work)
 

@@ -16,7 +16,7 @@ from livecl.errors import SvgError
 from livecl.svg import format_svg, gradients, quantize, read_svg
 from livecl.svg.document import parse_document
 from livecl.svg.gradients import Gradient
-from livecl.svg.layer import Layer, LeftOut
+from livecl.svg.layer import LeftOut, ReadLayer
 from livecl.svg.walker import Walker
 
 STOPS = '<stop offset="0" stop-color="red"/><stop offset="1" stop-color="#00f8"/>'
@@ -24,7 +24,7 @@ RED, BLUE = (1, 0, 0, 1), (0, 0, 1, 136 / 255)
 RECT = '<rect x="10" y="20" width="40" height="50" fill="url(#g)"{}/>'
 
 
-def walked(body: str) -> tuple[list[Layer], LeftOut]:
+def walked(body: str) -> tuple[list[ReadLayer], LeftOut]:
     walker = Walker(parse_document(document(body)))
     return walker.layers, walker.left_out
 
