@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
 from livecl.editing.constraints import SHORT, Joins
 from livecl.editing.outline import Fit, editable_outline
@@ -60,7 +61,7 @@ def editable(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Dra
     context : Context
         Rasterizer, target and options (`Options.simplify`, `Options.primitives`).
     drawing : Drawing
-        Any drawing; strokes stay as they are.
+        Any drawing; strokes, and shapes that have one, stay as they are.
     free : (N,) bool
         Layers that may change.
     """
@@ -68,6 +69,7 @@ def editable(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Dra
     if not (options.simplify or options.primitives) or not drawing.num_layers:
         return drawing
     movable = free & (drawing.strokes.widths == 0)
+    movable[border_pairs(drawing)] = False
     paints = _Paints(drawing)
     drawing = _without_crossings(context, drawing, movable, paints)
     editor = _Editor(context, drawing, LEFT, paints)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.labels import layer_labels
 
@@ -43,12 +44,24 @@ def grouped(drawing: Drawing, coverages: NDArray[Any]) -> Drawing:
     """
     if any(drawing.groups) or not 1 < drawing.num_layers <= MOST:
         return drawing
-    parents, order = containment(coverages, drawing.strokes.widths == 0)
+    pairs = border_pairs(drawing)
+    shapes = np.setdiff1d(np.arange(drawing.num_layers), pairs.max(axis=1, initial=-1))  # a fill with its border is one
+    members = {int(low): [int(low), int(high)] for low, high in np.sort(pairs, axis=1)}
+    whole = np.array(coverages)
+    whole[pairs.min(axis=1, initial=drawing.num_layers)] = whole[pairs].max(axis=1)
+    can_hold = drawing.strokes.widths == 0
+    can_hold[pairs] = True
+    found, places = containment(whole[shapes], can_hold[shapes])
+    parents = {int(shapes[k]): -1 if parent < 0 else int(shapes[parent]) for k, parent in enumerate(found)}
+    parents |= {high: parents[low] for low, high in members.values()}
+    order = [layer for place in places for layer in members.get(int(shapes[place]), [int(shapes[place])])]
+    heads = {high: low for low, high in members.values()}
     drawing = drawing.layer_subset(order)
     labels = dict(zip(order, layer_labels(drawing), strict=True))
+    holders = set(parents.values())
     paths: list[tuple[str, ...]] = []
     for layer in order:
-        path = [f"{labels[layer]} group"] if layer in parents else []
+        path = [f"{labels[head]} group"] if (head := heads.get(layer, layer)) in holders else []
         ancestor = parents[layer]
         while ancestor >= 0:
             path.append(f"{labels[ancestor]} group")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl.drawing.assembly import concatenate, empty_drawing
+from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
 from livecl.layering.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
@@ -25,6 +26,8 @@ FloatArray = NDArray[np.float64]
 LEFT = 0.1
 #: Distance, px, of handles from the thirds of a straight segment.
 STRAIGHT = 0.05
+#: Numbers of a colour.
+COLOR_NUMBERS = 3
 #: Pixels of ground around a layer that is looked at.
 MARGIN = 2
 
@@ -61,9 +64,15 @@ def thinned(context: Context, drawing: Drawing, free: NDArray[np.bool_], rules: 
 
 def worth(before: Drawing, after: Drawing) -> float:
     """Return the rise of the mean squared error that the numbers saved between two drawings are worth."""
-    saved = sum(_numbers(before, layer) for layer in range(before.num_layers))
-    saved -= sum(_numbers(after, layer) for layer in range(after.num_layers))
+    saved = _numbers_of_all(before) - _numbers_of_all(after)
     return saved * SEGMENT_ERROR / 6 / (3 * before.size[0] * before.size[1])
+
+
+def _numbers_of_all(drawing: Drawing) -> float:
+    """Return the numbers that describe all layers: their colours too, and the outline of a fill and its stroke once."""
+    total = float(COLOR_NUMBERS * drawing.num_layers)
+    outlined = border_pairs(drawing)[:, 0].tolist()
+    return total + sum(_numbers(drawing, layer) for layer in range(drawing.num_layers) if layer not in outlined)
 
 
 def _stroke_of(context: Context, layer: Drawing, rules: StrokeRules) -> Drawing | None:

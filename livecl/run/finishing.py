@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.assembly import scaled
+from livecl.drawing.borders import border_pairs, paired_rows
 from livecl.drawing.drawing import Drawing
 from livecl.editing.cutout import cut_out
 from livecl.image.background import TRAIN, WHITE, target_over
@@ -111,6 +112,8 @@ def enlarged_drawing(drawing: Drawing, size: tuple[int, int], start: Drawing | N
         own = slice(*drawing.segment_offsets[layer : layer + 2])
         if larger is not None and larger.points.shape == points[own].shape:
             points[own] = larger.points
+    fill_rows, stroke_rows = paired_rows(drawing, border_pairs(drawing))
+    points[stroke_rows] = points[fill_rows]
     if start is None:
         return enlarged.replace(points=points)
     smaller = quantize(scaled(start, drawing.size))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
-from livecl.editing import editable, with_few_colors
+from livecl.editing import bordered, editable, with_few_colors
 from livecl.errors import LiveclError
 from livecl.layering.merging import can_merge, merge_neighbors
 from livecl.layering.pruning import needed_layers
@@ -179,6 +179,9 @@ class Run(Work):
             best, holds = quantize(merged.drawing), np.where(merged.sources < 0, FREE, holds[merged.sources])
         if self.finished:
             best = quantize(editable(self, with_few_colors(self, best, holds != LOCKED), holds != LOCKED))
+            if state.options.strokes == "auto":
+                best, sources = bordered(self, best, holds == FREE)
+                best, holds = quantize(best), holds[sources]
         drawing = needed_layers(self, best, least, holds == FREE)
         if self.finished and state.options.trim and start is None:
             drawing = quantize(trimmed(drawing))

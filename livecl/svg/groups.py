@@ -81,11 +81,13 @@ def group_ids(members: Sequence[Group | int]) -> Iterator[str]:
             yield from group_ids(member.members)
 
 
-def format_members(members: Sequence[Group | int], elements: Sequence[str], indent: str = "  ") -> Iterator[str]:
-    """Yield the lines of groups and layers, from each layer's element."""
+def format_members(members: Sequence[Group | int], elements: Sequence[str | None], indent: str = "  ") -> Iterator[str]:
+    """Yield the lines of groups and layers, from each layer's element; None where another one's shows it."""
     for member in members:
         if isinstance(member, int):
-            yield indent + elements[member]
+            element = elements[member]
+            if element is not None:
+                yield indent + element
             continue
         layer = 'inkscape:groupmode="layer" ' if member.is_layer else ""
         yield f'{indent}<g {layer}inkscape:label={quoteattr(member.label)} id="{member.identifier}">'

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
+from livecl.drawing.borders import border_pairs, paired_rows
 from livecl.drawing.colors import format_rgb
 from livecl.drawing.fills import SOLID
 from livecl.drawing.labels import name_from_id
@@ -62,6 +63,8 @@ def quantize(drawing: Drawing, precision: int = 3, *, cubics: bool = False) -> D
         rounded = primitives(drawing.moved(points.copy(), drawing.colors, None), int(precision))
     for layer, primitive in {**rounded, **found}.items():  # rounding may make shapes of outlines that were none
         points[slice(*drawing.segment_offsets[layer : layer + 2])] = primitive.points
+    fill_rows, stroke_rows = paired_rows(drawing, border_pairs(drawing))
+    points[stroke_rows] = points[fill_rows]
     return drawing.replace(
         points=points,
         colors=np.round(colors * 255) / 255,
@@ -74,9 +77,12 @@ def quantize(drawing: Drawing, precision: int = 3, *, cubics: bool = False) -> D
 def primitives(drawing: Drawing, precision: int = 3) -> dict[int, Primitive]:
     """Return the filled layers that are circles, ellipses or rectangles, and which, their lengths rounded."""
     found = {}
+    can_turn = drawing.fills.kinds == SOLID  # a transform would turn a gradient, too
+    pairs = border_pairs(drawing)
+    can_turn[pairs[:, 0]] &= can_turn[pairs[:, 1]]
     for layer in np.flatnonzero((np.diff(drawing.layer_offsets) == 1) & (drawing.strokes.widths == 0)).tolist():
         rows = slice(*drawing.segment_offsets[layer : layer + 2])
-        turned = drawing.fills.kinds[layer] == SOLID  # a transform would turn a gradient, too
+        turned = can_turn[layer]
         primitive = primitive_of(drawing.points[rows], precision, upright=not turned)
         if primitive is not None:
             found[layer] = primitive
@@ -102,8 +108,8 @@ def format_svg(
 ) -> str:
     """Return a drawing as SVG text.
 
-    A ``<path>`` or a basic shape for each layer in paint order, filled by the nonzero rule, or stroked; the background
-    is a rectangle beneath them.
+    A ``<path>`` or a basic shape for each layer in paint order, filled by the nonzero rule, or stroked; a fill and the
+    stroke around it (:func:`livecl.drawing.borders.border_pairs`) are one. The background is a rectangle beneath them.
     Every path has an id and a name: its own, or one of colour, shape and place (:attr:`Drawing.labels`).
 
     Parameters
@@ -144,7 +150,11 @@ def format_svg(
     lines = [f'<svg {namespaces} width="{width}" height="{height}" viewBox="0 0 {width} {height}">']
     members = groups_of(drawing, groups if layers == "inkscape" else "none")
     labels, unique_id = drawing.labels, unique_ids(["background", *group_ids(members)])
-    ids = list(map(unique_id, labels))
+    strokes_of = dict(border_pairs(drawing).tolist())
+    absorbed = {stroke: layer for layer, stroke in strokes_of.items()}
+    ids = ["" if layer in absorbed else unique_id(label) for layer, label in enumerate(labels)]
+    for stroke, layer in absorbed.items():
+        ids[stroke] = unique_id(f"{labels[layer]} stroke")
     servers = format_gradients(drawing, ids, precision)
     named = swatches_of(drawing, unique_id) if swatches and layers == "inkscape" else {}
     definitions = dict.fromkeys(server.definition for server in (*named.values(), *servers.values()))
@@ -154,14 +164,24 @@ def format_svg(
         ground = _paint_of(format_rgb(drawing.background), named)
         lines.append(f'  <rect id="background" width="{width}" height="{height}" fill="{ground}"/>')
     shapes = {} if cubics else primitives(drawing, precision)
-    paths = []
+    paints = []
+    for layer in range(drawing.num_layers):
+        server = servers.get(layer)
+        color = _paint_of(format_rgb(drawing.colors[layer]), named) if server is None else f"url(#{server.identifier})"
+        paints.append(_format_paint(drawing, layer, precision, color))
+    paths: list[str | None] = []
     for layer, (identifier, label) in enumerate(zip(ids, labels, strict=True)):
+        if layer in absorbed:
+            paths.append(None)
+            continue
         shape = shapes.get(layer)
         tag = "path" if shape is None else shape.tag
         geometry = _format_data(drawing, layer, precision, cubics) if shape is None else shape.text
-        server = servers.get(layer)
-        color = _paint_of(format_rgb(drawing.colors[layer]), named) if server is None else f"url(#{server.identifier})"
-        paint = _format_paint(drawing, layer, precision, color)
+        paint, stroke = paints[layer], strokes_of.get(layer)
+        if stroke is not None:
+            paint += f" {paints[stroke]}" + (' paint-order="stroke"' if stroke < layer else "")
+        elif drawing.strokes.widths[layer]:
+            paint = f'fill="none" {paint}'
         paths.append(_format_element(tag, identifier, label, f"{paint} {geometry}", layers))
     lines.extend(format_members(members, paths))
     lines.append("</svg>\n")
@@ -201,7 +221,7 @@ def _format_paint(drawing: Drawing, layer: int, precision: int, color: str) -> s
     if drawing.fills.kinds[layer] == SOLID and rgba[3] < 1:
         paint += f' {name}-opacity="{format_decimal(round(rgba[3] * 1e5), 5)}"'
     if is_stroked:
-        paint = f'fill="none" {paint} {format_pen(drawing, layer, precision)}'
+        paint += f" {format_pen(drawing, layer, precision)}"
     return paint
 
 

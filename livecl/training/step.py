@@ -15,6 +15,7 @@ from livecl.geometry.untangle import untangle
 from livecl.options import OPAQUE_FROM
 from livecl.rendering.rasterizer import Gradients, Rasterizer
 from livecl.training.adam import decayed, settling
+from livecl.training.borders import Borders
 from livecl.training.fills import hold_fills
 from livecl.training.state import State
 from livecl.training.ties import Ties
@@ -67,12 +68,15 @@ def move(state: State, gradients: Gradients) -> None:
         return base * settled * (1 if options.decay == 1 else decayed(ages, options.decay, DECAY_PERIOD))
 
     point_rate = options.learning_rate * min(1.0, max(drawing.size) / max(options.full_rate_side, 1.0))
+    borders = Borders.of(drawing, state.locked)
+    borders.gather(gradients.points)
     ties = Ties.of(drawing) if options.placement == "structure" else None
     if ties is not None:
         ties.gather(gradients.points)
     points = drawing.points + state.points.step(gradients.points, rate(point_rate, state.points.ages))
     if ties is not None:
         ties.restore(points)
+    borders.restore(points)
     color_rate = rate(options.color_learning_rate, state.colors.ages)
     colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
     if options.opacity == "opaque":
@@ -125,6 +129,7 @@ def untangle_outlines(state: State, error: Callable[[Drawing], float] | None = N
     drawing = state.drawing
     points, cubics = drawing.points.copy(), drawing.cubics
     free = ~state.locked_segments & (drawing.strokes.widths[drawing.segment_layers] == 0)
+    free[Borders.of(drawing, state.locked).fills] = False
     runs = [subpath for subpath in drawing.subpaths() if free[subpath.start]]
     outlines = [cubics[run] for run in runs]
     large, all_cut = [], points.copy()

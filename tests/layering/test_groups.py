@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from support import drawings, shapes
 
-from livecl.drawing import Drawing, empty_drawing
+from livecl.drawing import Drawing, Strokes, empty_drawing
+from livecl.drawing.borders import border_pairs
 from livecl.layering.groups import MOST, containment, grouped
 from livecl.rendering import Rasterizer, render
 
@@ -89,3 +90,17 @@ def test_many_layers_and_own_groups_stay() -> None:
     drawing = drawings.build((MOST + 1) * [disc(5, 5, 3, RED)], (10, 10))
     assert grouped(drawing, np.zeros((MOST + 1, 1, 1))) is drawing
     assert grouped(empty_drawing((9, 9)), np.zeros((0, 1, 1))).num_layers == 0
+
+
+def test_a_fill_and_its_stroke_stay_together_around_what_lies_in_them() -> None:
+    """A disc with an outline, beside it a plain one, then an eye in the first, which moves above its outline."""
+    layers = [disc(30, 45, 20, YELLOW), disc(30, 45, 20, BROWN), disc(90, 45, 20, RED), disc(24, 45, 5, BROWN)]
+    strokes = Strokes(widths=[0, 4, 0, 0], is_open=np.zeros(4, bool))
+    drawing = drawings.build(layers, (100, 120)).replace(strokes=strokes)
+
+    result = in_groups(drawing)
+
+    head = "yellow circle left group"
+    assert result.groups == ((head,), (head,), (head,), ())
+    assert border_pairs(result).tolist() == [[0, 1]]
+    np.testing.assert_array_equal(render(result), render(drawing))

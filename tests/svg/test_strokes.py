@@ -199,3 +199,34 @@ def test_written_strokes_are_read_back_equal(layers: str) -> None:
     for name in ("widths", "caps", "joins", "is_open"):
         np.testing.assert_array_equal(getattr(back.strokes, name), getattr(drawing.strokes, name))
     assert back.strokes.miter_limits[0] == 7.5
+
+
+@pytest.mark.parametrize("order", ["normal", "stroke"])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        '<path d="M10 10h40v30l-9 9z"',
+        '<rect x="10" y="10" width="40" height="30" rx="5"',
+        '<circle cx="30" cy="30" r="20"',
+        '<polygon points="10 10 50 10 50 40"',
+    ],
+)
+def test_a_fill_and_its_stroke_are_written_as_one_element(shape: str, order: str) -> None:
+    drawing = read(f'{shape} id="a" fill="#0f0" stroke="#f00" stroke-width="3" paint-order="{order}"/>')
+
+    text = format_svg(drawing)
+
+    assert text.count('stroke="#ff0000"') == text.count('fill="#00ff00"') == 1
+    assert 'fill="none"' not in text
+    assert ('paint-order="stroke"' in text) == (order == "stroke")
+    again = read_svg(text.encode())
+    np.testing.assert_array_equal(again.points, quantize(drawing).points)
+    np.testing.assert_array_equal(again.strokes.widths, drawing.strokes.widths)
+    assert format_svg(again) == text
+
+
+def test_two_outlined_shapes_of_one_look_keep_their_names() -> None:
+    circles = "".join(f'<circle cx="32" cy="32" r="{r}" fill="#fff" stroke="#000" stroke-width="2"/>' for r in (20, 10))
+    text = format_svg(read(circles))
+
+    assert format_svg(read_svg(text.encode())) == text

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Borders: a filled and a stroked layer of one outline, which an SVG holds as one element with a fill and a stroke.
+
+The pair is seen in the drawing itself: two layers that follow each other and have the very same closed outlines, one of
+them filled and one stroked. The stroke lies above the fill, or beneath it (`paint-order` of SVG).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.drawing import Drawing
+
+IntArray = NDArray[np.int64]
+
+
+def border_pairs(drawing: Drawing) -> IntArray:
+    """Return the filled and the stroked layer of each pair of one outline: (K, 2), the lowest pair first.
+
+    They have one stage, one name and one group.
+    """
+    pairs: list[tuple[int, int]] = []
+    free = 0
+    for layer in drawing.strokes.stroked_layers.tolist():
+        for fill in (layer - 1, layer + 1):
+            if free <= min(fill, layer) and fill < drawing.num_layers and _is_pair(drawing, fill, layer):
+                pairs.append((fill, layer))
+                free = max(fill, layer) + 1
+                break
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def paired_rows(drawing: Drawing, pairs: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the segments of the fills and of the strokes of pairs, (R,) each, in one order."""
+    offsets = drawing.segment_offsets.astype(np.int64)
+    fills, strokes = ([np.arange(*offsets[layer : layer + 2]) for layer in layers] for layers in pairs.T)
+    return tuple(np.concatenate(rows) if rows else np.zeros(0, np.int64) for rows in (fills, strokes))  # type: ignore[return-value]
+
+
+def _is_pair(drawing: Drawing, fill: int, stroke: int) -> bool:
+    """Whether a layer fills what a stroked one outlines."""
+    first, end = drawing.layer_offsets[[stroke, stroke + 1]]
+    own, others = (drawing.subpaths(layer) for layer in (fill, stroke))
+    return (
+        not drawing.strokes.widths[fill]
+        and not drawing.strokes.is_open[first:end].any()
+        and [rows.stop - rows.start for rows in own] == [rows.stop - rows.start for rows in others]
+        and drawing.stages[fill] == drawing.stages[stroke]
+        and drawing.names[fill] == drawing.names[stroke]
+        and drawing.groups[fill] == drawing.groups[stroke]
+        and all(np.array_equal(drawing.points[a], drawing.points[b]) for a, b in zip(own, others, strict=True))
+    )

@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Explain an outline around a fill as the fill's own stroke, where that is the cheaper description.
+
+A shape with an outline is found as two shapes, a larger one beneath a smaller one. Where what is seen of the larger one
+is a ring of even width, both are one outline, in the middle of the ring, with a fill and a stroke. Each number that
+this saves may cost some error, as everywhere (`SEGMENT_ERROR`, of six numbers).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from livecl.drawing.borders import border_pairs
+from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import SOLID
+from livecl.drawing.strokes import Strokes
+from livecl.editing.polish import polished
+from livecl.geometry import bezier
+from livecl.geometry.offsetting import offset_outline
+from livecl.geometry.outlines import Outline, reversed_path
+from livecl.geometry.strokes import MITER, ROUND
+from livecl.layering.context import Context
+from livecl.layering.contributions import layer_alphas, visible_shares
+from livecl.layering.thinning import worth
+
+FloatArray = NDArray[np.float64]
+
+#: Steps along an outline and away from it, px, at which the ring beside it is looked at.
+ALONG, STEP = 1.5, 0.25
+#: Distance, px, within which an edge blurs what is seen, and share of a pixel that is seen of a ring at least.
+EDGE, SEEN = 1.5, 0.5
+#: Share of the outline beside which the ring is seen, and of that where its width is the usual one, at least.
+SHOWN, EVEN = 0.5, 0.75
+#: How far a width may be from the usual one, px and as a share of it; and widest ring, by the shorter side.
+SLACK, SHARE, WIDEST = 0.5, 0.15, 0.12
+#: Lengths, in widths of the ring, of segments that are left out, in turn: ends of corners that were cut off.
+BLUNT = (0.0, 0.4)
+#: Share of the error that strokes add at first which training leaves at least: those that cost more are not trained.
+HOPE = 0.02
+#: Share of a layer's area that must lie within another one to be inside it.
+INSIDE = 0.97
+
+
+def bordered(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> tuple[Drawing, NDArray[np.intp]]:
+    """Return a drawing in which outlines around fills are strokes, and which layer given each of its layers is of.
+
+    Parameters
+    ----------
+    context : Context
+        Picture, rasterizer and options.
+    drawing : Drawing
+        Any drawing; the same object is returned where no outline is cheaper as a stroke.
+    free : (N,) bool
+        Layers that may change.
+    """
+    sources = np.arange(drawing.num_layers)
+    layer = drawing.num_layers - 2
+    while layer >= 0:
+        context.check()
+        change = _with_strokes(context, drawing, layer, free[sources])
+        if change is not None:
+            drawing, kept = change
+            sources = sources[kept]
+        layer -= 1
+    return drawing, sources
+
+
+def _with_strokes(
+    context: Context, drawing: Drawing, ring: int, free: NDArray[np.bool_]
+) -> tuple[Drawing, NDArray[np.intp]] | None:
+    """Return a drawing in which a layer is the stroke of those that lie in it, and the layer that each of its was.
+
+    None where it is not, or costs more.
+    """
+    plain = free & (drawing.strokes.widths == 0) & (drawing.colors[:, 3] == 1)
+    plain[border_pairs(drawing)] = False
+    if not plain[ring] or drawing.fills.kinds[ring] != SOLID or not plain[ring + 1 :].any():
+        return None
+    alphas = layer_alphas(drawing, context.rasterizer).astype(np.float64)
+    inner = [
+        layer
+        for layer in range(ring + 1, drawing.num_layers)
+        if plain[layer] and (alphas[layer] * alphas[ring]).sum() > INSIDE * alphas[layer].sum() > 0
+    ]
+    if not inner:
+        return None
+    seen = visible_shares(alphas.astype(np.float32))[ring].astype(np.float64)
+    measured = {layer: _ring_width(drawing, layer, seen, alphas[layer]) for layer in inner}
+    widths = {layer: width for layer, width in measured.items() if width is not None}
+    fills = list(widths)
+    if not fills:
+        return None
+    best: tuple[float, Drawing, NDArray[np.intp]] | None = None
+    for outlines, join in itertools.product(_center_lines(drawing, ring, fills, widths), (MITER, ROUND)):
+        changed, kept = _stroked(drawing, ring, outlines, widths, join)
+        error = context.visible_mse(changed)
+        if best is None or error < best[0]:
+            best = error, changed, kept
+    before = context.visible_mse(drawing)
+    if best is None or HOPE * (best[0] - before) >= worth(drawing, best[1]):
+        return None
+    _, changed, kept = best
+    moved = np.zeros(changed.num_layers, bool)
+    moved[[int(np.flatnonzero(kept == layer)[0]) for layer in fills]] = True
+    changed = polished(context, changed, moved)
+    return (changed, kept) if context.visible_mse(changed) - before < worth(drawing, changed) else None
+
+
+def _ring_width(drawing: Drawing, layer: int, seen: FloatArray, inside: FloatArray) -> float | None:
+    """Return the usual width, px, of a ring around a layer, by the share seen of it in each pixel; None if uneven.
+
+    It is what is seen of the ring along the normals of the layer's outline.
+    """
+    cubics = np.concatenate([drawing.cubics[rows] for rows in drawing.subpaths(layer)])
+    places, normals = _samples(cubics)
+    beside = [_at(inside, places + side * EDGE * normals).mean() for side in (1, -1)]
+    if beside[1] < beside[0]:
+        normals = -normals
+    reach = WIDEST * min(drawing.size)
+    offsets = np.arange(-EDGE, reach + 2 * EDGE, STEP)
+    along = _at(seen, places[:, None] + offsets[:, None] * normals[:, None])  # (P, K)
+    shown = along[:, (offsets > 0) & (offsets <= EDGE)].max(axis=1) > SEEN
+    if shown.mean() < SHOWN:
+        return None
+    away = along[shown]
+    peak = np.argmax(away * (offsets <= EDGE), axis=1)
+    after = (np.arange(len(offsets)) > peak[:, None]) & (away < SEEN)
+    end = np.where(after.any(axis=1), after.argmax(axis=1), len(offsets))
+    counted = np.arange(len(offsets)) <= (end + round(EDGE / STEP))[:, None]
+    widths = (away * counted).sum(axis=1) * STEP
+    usual = float(np.median(widths))
+    even = np.abs(widths - usual) <= max(SLACK, SHARE * usual)
+    return usual if even.mean() >= EVEN and 0 < usual <= reach else None
+
+
+def _samples(cubics: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return points (P, 2) along cubics (m, 4, 2) at even steps, nearly, and the unit normals there."""
+    lengths = np.abs(np.diff(cubics, axis=1)).sum(axis=(1, 2))
+    counts = np.maximum(1, np.rint(lengths / ALONG).astype(np.int64))
+    rows = np.repeat(np.arange(len(cubics)), counts)
+    t = (np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[rows]
+    places = np.einsum("pk,pkd->pd", bezier.bernstein(t), cubics[rows])
+    ways = bezier.derivative(cubics[rows], t)
+    ways = ways / np.maximum(np.hypot(*ways.T), 1e-9)[:, None]
+    return places, np.stack([ways[:, 1], -ways[:, 0]], axis=1)
+
+
+def _at(image: FloatArray, places: FloatArray) -> FloatArray:
+    """Return a picture (H, W) at places (..., 2), px; its border goes on beyond it."""
+    found = ndimage.map_coordinates(image, places.reshape(-1, 2).T[::-1] - 0.5, order=1, mode="nearest")
+    return np.asarray(found).reshape(places.shape[:-1])
+
+
+def _center_lines(
+    drawing: Drawing, ring: int, fills: list[int], widths: dict[int, float]
+) -> Iterator[dict[int, Outline]]:
+    """Yield outlines in the middle of a ring around layers: out of theirs, out of the ring's own, and between both."""
+    inner = {layer: [drawing.points[rows] for rows in drawing.subpaths(layer)] for layer in fills}
+    for blunt in BLUNT:
+        found = {layer: _offset(inner[layer], widths[layer] / 2, blunt * widths[layer]) for layer in fills}
+        if all(outline is not None for outline in found.values()):
+            yield {layer: outline for layer, outline in found.items() if outline is not None}
+    if len(fills) != 1 or len(inner[fills[0]]) != 1 or len(drawing.subpaths(ring)) != 1:
+        return
+    outer = [drawing.points[drawing.subpaths(ring)[0]]]
+    for blunt in BLUNT:
+        smaller = _offset(outer, -widths[fills[0]] / 2, blunt * widths[fills[0]])
+        if smaller is not None:
+            yield {fills[0]: smaller}
+    both = _between(inner[fills[0]][0], outer[0])
+    if both is not None:
+        yield {fills[0]: [both]}
+
+
+def _offset(outline: Outline, distance: float, shortest: float) -> Outline | None:
+    """Return an outline at a distance outwards, px, without its segments below the `shortest`, px; None for nothing.
+
+    Holes turn the other way round.
+    """
+    areas = [bezier.signed_area(np.concatenate([part, np.roll(part, -1, axis=0)[:, :1]], axis=1)) for part in outline]
+    outwards = distance * np.sign(areas[int(np.argmax(np.abs(areas)))])
+    found = [offset_outline(part, outwards, shortest) for part in outline]
+    return None if any(part is None for part in found) else [part for part in found if part is not None]
+
+
+def _between(inner: FloatArray, outer: FloatArray) -> FloatArray | None:
+    """Return the mean of two closed subpaths of as many segments, (m, 3, 2), from their nearest anchors on."""
+    if len(inner) != len(outer):
+        return None
+    ways = outer, reversed_path(outer)
+    every = [np.roll(way, -shift, axis=0) for way in ways for shift in range(len(outer))]
+    nearest = min(every, key=lambda rows: float(np.square(rows - inner).sum()))
+    return np.asarray((inner + nearest) / 2)
+
+
+def _stroked(
+    drawing: Drawing, ring: int, outlines: dict[int, Outline], widths: dict[int, float], join: int
+) -> tuple[Drawing, NDArray[np.intp]]:
+    """Return a drawing without a layer, whose colour others are stroked with, and the layer that each of its was."""
+    order = [
+        number
+        for layer in range(drawing.num_layers)
+        if layer != ring
+        for number in ((layer, layer) if layer in outlines else (layer,))
+    ]
+    kept = np.array(order, dtype=np.intp)
+    is_stroke = np.append(False, kept[1:] == kept[:-1])
+    old = drawing.strokes
+    shapes = [outlines.get(layer, [drawing.points[rows] for rows in drawing.subpaths(layer)]) for layer in order]
+    is_open = [old.is_open[slice(*drawing.layer_offsets[layer : layer + 2])] for layer in order]
+    is_open = [
+        np.zeros(len(shape), bool) if layer in outlines else own
+        for layer, own, shape in zip(order, is_open, shapes, strict=True)
+    ]
+    filled = drawing.layer_subset(kept)
+    subpaths: list[Any] = [part for shape in shapes for part in shape]
+    colors = np.where(is_stroke[:, None], drawing.colors[ring], filled.colors)
+    pens = Strokes(
+        widths=np.where(is_stroke, [widths.get(layer, 0.0) for layer in order], old.widths[kept]),
+        caps=np.where(is_stroke, 0, old.caps[kept]),
+        joins=np.where(is_stroke, join, old.joins[kept]),
+        miter_limits=np.where(is_stroke, 4.0, old.miter_limits[kept]),
+        is_open=np.concatenate(is_open),
+    )
+    return (
+        filled.replace(
+            points=np.concatenate(subpaths),
+            colors=colors,
+            subpath_offsets=np.cumsum([0, *map(len, subpaths)]),
+            layer_offsets=np.cumsum([0, *map(len, shapes)]),
+            strokes=pens,
+            fills=drawing.fills.subset(np.where(is_stroke, ring, kept)),
+        ),
+        kept,
+    )

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ties between a fill and the stroke around it: both follow one outline while it is trained.
+
+An outline p that two layers share has the gradient dL/dp = d_p(fill) + d_p(stroke), by the chain rule. The fill's
+points take it, and the stroke's follow them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl.drawing.borders import border_pairs, paired_rows
+from livecl.drawing.drawing import Drawing
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Borders:
+    """Segments of fills, and those of the strokes around them, (R,) each, in one order."""
+
+    fills: NDArray[np.int64]
+    strokes: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, drawing: Drawing, locked: NDArray[np.bool_]) -> Borders:
+        """Find the pairs of a drawing, without those of which one layer alone is locked, (N,) bool."""
+        pairs = border_pairs(drawing)
+        return cls(*paired_rows(drawing, pairs[locked[pairs[:, 0]] == locked[pairs[:, 1]]]))
+
+    def gather(self, d_points: FloatArray) -> None:
+        """Move the gradients of strokes to the fills that they surround, in place: (M, 3, 2)."""
+        d_points[self.fills] += d_points[self.strokes]
+        d_points[self.strokes] = 0
+
+    def restore(self, points: FloatArray) -> None:
+        """Let the strokes follow the fills, in place: (M, 3, 2) px."""
+        points[self.strokes] = points[self.fills]
