@@ -15,18 +15,10 @@ from livecl.image.source import SUFFIXES
 
 @dataclasses.dataclass(frozen=True)
 class Input:
-    """A picture of a batch and the name of its SVG.
+    """A picture of a batch and the name of its SVG."""
 
-    Attributes
-    ----------
-    file : Path
-        The picture.
-    output : str
-        Its SVG, relative to the output folder, with ``/`` between folders.
-    """
-
-    file: Path
-    output: str
+    file: Path  # the picture
+    output: str  # its SVG, relative to the output folder, with ``/`` between folders
 
 
 def is_pattern(text: str) -> bool:

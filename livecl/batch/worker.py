@@ -23,24 +23,12 @@ _one_at_a_time = threading.Lock()
 
 @dataclasses.dataclass(frozen=True)
 class Request:
-    """Request that holds for each picture; sent to the workers once, or with each picture.
+    """Request that holds for each picture; sent to the workers once, or with each picture."""
 
-    Attributes
-    ----------
-    recipe : Recipe
-        How to vectorize.
-    device : int, str or None
-        OpenCL device of the worker's machine.
-    time_limit : float or None
-        Seconds for each picture.
-    version : str
-        Version of livecl that asks; a worker's own must be the same.
-    """
-
-    recipe: Recipe
-    device: int | str | None = None
-    time_limit: float | None = None
-    version: str = __version__
+    recipe: Recipe  # how to vectorize
+    device: int | str | None = None  # OpenCL device of the worker's machine
+    time_limit: float | None = None  # seconds for each picture
+    version: str = __version__  # version of livecl that asks; a worker's own must be the same
 
 
 @dataclasses.dataclass(frozen=True)

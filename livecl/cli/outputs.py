@@ -30,68 +30,32 @@ STANDARD = "-"
 
 @dataclasses.dataclass(frozen=True)
 class Finished:
-    """A finished run, as the outputs need it.
+    """A finished run, as the outputs need it."""
 
-    Attributes
-    ----------
-    name : str
-        The picture's name.
-    image : (H, W, 3) or (H, W, 4) float32
-        The picture.
-    recipe : Recipe
-        Paths, options and size of the run.
-    result : Result
-        Result of the run.
-    command : tuple of str
-        The words that asked for it.
-    course : Course or None
-        Drawings on the way, where an output shows them.
-    device : int, str or None
-        OpenCL device that renders for the outputs, as it did for the run.
-    quiet : bool
-        Show no progress.
-    """
-
-    name: str
-    image: NDArray[np.float32]
-    recipe: Recipe
-    result: Result
-    command: tuple[str, ...] = ("livecl",)
-    course: Course | None = None
-    device: int | str | None = None
-    quiet: bool = True
+    name: str  # the picture's name
+    image: NDArray[np.float32]  # (H, W, 3) or (H, W, 4), the picture
+    recipe: Recipe  # paths, options and size of the run
+    result: Result  # result of the run
+    command: tuple[str, ...] = ("livecl",)  # the words that asked for it
+    course: Course | None = None  # drawings on the way, where an output shows them
+    device: int | str | None = None  # OpenCL device that renders for the outputs, as it did for the run
+    quiet: bool = True  # show no progress
 
 
 @dataclasses.dataclass(frozen=True)
 class Output:
-    """A kind of output beside the SVG; an entry in `OUTPUTS` adds one.
+    """A kind of output beside the SVG; an entry in `OUTPUTS` adds one."""
 
-    Attributes
-    ----------
-    name : str
-        Its argument, without the dashes.
-    metavar, help : str
-        For ``--help``.
-    write : callable
-        Writes it to a path.
-    parts : callable, optional
-        Of an output that is a folder: the files in it, from the folder and the number of stages.
-    suffixes : tuple of str
-        Allowed endings of the file's name; empty for any.
-    extra : (str, str) or None
-        A module that it needs, and the extra that brings it.
-    shows_course : bool
-        Whether it shows drawings on the way.
-    """
-
-    name: str
+    name: str  # its argument, without the dashes
+    #: For ``--help``.
     metavar: str
     help: str
-    write: Callable[[Path, Finished], None]
+    write: Callable[[Path, Finished], None]  # writes it to a path
+    #: Of an output that is a folder: the files in it, from the folder and the number of stages.
     parts: Callable[[Path, int], list[Path]] | None = None
-    suffixes: tuple[str, ...] = ()
-    extra: tuple[str, str] | None = None
-    shows_course: bool = False
+    suffixes: tuple[str, ...] = ()  # allowed endings of the file's name; empty for any
+    extra: tuple[str, str] | None = None  # a module that it needs, and the extra that brings it
+    shows_course: bool = False  # whether it shows drawings on the way
 
     def check(self, path: Path) -> None:
         """Raise ValueError for a path that it cannot be written to, or if a module that it needs is missing."""
@@ -152,18 +116,12 @@ def write_plot(file: Path, finished: Finished) -> None:
         progress.show(1, 1)
 
 
-def write_gif(file: Path, finished: Finished) -> None:
-    """Write the learning course as a GIF."""
+def write_film(file: Path, finished: Finished) -> None:
+    """Write the learning course as a GIF or an MP4, by the ending."""
     assert finished.course is not None
+    save = finished.course.save_gif if file.suffix.lower() == ".gif" else finished.course.save_mp4
     with OutputProgress(file.name, "frame", quiet=finished.quiet) as progress:
-        finished.course.save_gif(file, result=finished.result, device=finished.device, progress=progress.show)
-
-
-def write_mp4(file: Path, finished: Finished) -> None:
-    """Write the learning course as a film."""
-    assert finished.course is not None
-    with OutputProgress(file.name, "frame", quiet=finished.quiet) as progress:
-        finished.course.save_mp4(file, result=finished.result, device=finished.device, progress=progress.show)
+        save(file, result=finished.result, device=finished.device, progress=progress.show)
 
 
 #: Outputs beside the SVG, in the order of writing.
@@ -181,13 +139,13 @@ OUTPUTS = (
         extra=("matplotlib", "plots"),
     ),
     Output(
-        "gif", "OUT.gif", "also write the learning course as a GIF", write_gif, suffixes=(".gif",), shows_course=True
+        "gif", "OUT.gif", "also write the learning course as a GIF", write_film, suffixes=(".gif",), shows_course=True
     ),
     Output(
         "mp4",
         "OUT.mp4",
         "also write the learning course as a film (extra: video)",
-        write_mp4,
+        write_film,
         suffixes=(".mp4",),
         extra=("imageio_ffmpeg", "video"),
         shows_course=True,

@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 class _Progress:
-    """Base class of the progress bars, context managers that close them."""
+    """Base class of the progress bars, context managers that close them; if `quiet`, none is shown."""
 
     def __init__(self, total: int | None, unit: str, *, quiet: bool) -> None:
         from tqdm import tqdm
@@ -47,13 +47,7 @@ class _Progress:
 
 
 class RunProgress(_Progress):
-    """A progress bar over all iterations of all stages.
-
-    Parameters
-    ----------
-    quiet : bool
-        Show none.
-    """
+    """A progress bar over all iterations of all stages."""
 
     def __init__(self, *, quiet: bool) -> None:
         super().__init__(None, "it", quiet=quiet)
@@ -85,17 +79,7 @@ class RunProgress(_Progress):
 
 
 class OutputProgress(_Progress):
-    """A progress bar over the parts of an output.
-
-    Parameters
-    ----------
-    name : str
-        File that is written.
-    unit : str
-        A part of it: frame, picture, plot.
-    quiet : bool
-        Show none.
-    """
+    """A progress bar over the parts, `unit`, of an output, the file `name`: frames, pictures, a plot."""
 
     def __init__(self, name: str, unit: str, *, quiet: bool) -> None:
         super().__init__(1, unit, quiet=quiet)
@@ -108,15 +92,7 @@ class OutputProgress(_Progress):
 
 
 class PictureProgress(_Progress):
-    """A progress bar over pictures that are taken one after the other.
-
-    Parameters
-    ----------
-    total : int
-        Number of pictures.
-    quiet : bool
-        Show none.
-    """
+    """A progress bar over pictures that are taken one after the other."""
 
     def __init__(self, total: int, *, quiet: bool) -> None:
         super().__init__(total, "picture", quiet=quiet)
@@ -129,19 +105,9 @@ class PictureProgress(_Progress):
 
 
 class BatchProgress(PictureProgress):
-    """A progress bar over the pictures of a batch.
+    """A progress bar over the pictures of a batch."""
 
-    Parameters
-    ----------
-    total : int
-        Number of pictures.
-    quiet : bool
-        Show none.
-    """
-
-    def __init__(self, total: int, *, quiet: bool) -> None:
-        super().__init__(total, quiet=quiet)
-        self._failed = 0
+    _failed = 0
 
     def show(self, outcome: Outcome) -> None:
         """Count a picture."""

@@ -148,6 +148,7 @@ class Drawing:
         names: Sequence[str] | None = None,
         fills: Fills | None = None,
         strokes: Strokes | None = None,
+        groups: Sequence[Sequence[str]] | None = None,
     ) -> Drawing:
         """Make a drawing from the outlines of its layers.
 
@@ -157,7 +158,7 @@ class Drawing:
             Subpaths of each layer, bottom first: closed runs of segments (anchor, handle, handle), px.
         colors : (N, 4) or (4,) array_like
             Straight RGBA in [0, 1] of each layer's fill, or of all.
-        size, background, stages, names, fills, strokes
+        size, background, stages, names, fills, strokes, groups
             As for :class:`Drawing`.
         """
         subpaths = [np.asarray(subpath, dtype=np.float64) for outline in outlines for subpath in outline]
@@ -172,6 +173,7 @@ class Drawing:
             names=names,
             fills=fills,
             strokes=strokes,
+            groups=groups,
         )
 
     def subpaths(self, layer: int | None = None) -> list[slice]:
@@ -231,10 +233,8 @@ class Drawing:
             argument, _, reason = str(error).partition(": ")
             if argument in changes or argument not in self.__dataclass_fields__:
                 raise
-            given = " and ".join(changes)
-            raise ValueError(
-                f"{given}: the drawing's own {argument} no longer fit ({reason}); give these too"
-            ) from error
+            given = f"{' and '.join(changes)}: the drawing's own {argument} no longer fit"
+            raise ValueError(f"{given} ({reason}); give these too") from error
 
     def moved(
         self,

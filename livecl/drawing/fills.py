@@ -237,13 +237,9 @@ class Fills:
             stop_colors=np.round(self.stop_colors * 255) / 255,
         )
 
-    def with_numbers(self, **changes: FloatArray) -> Fills:
+    def with_numbers(self, **changes: Any) -> Fills:
         """Return a copy with other geometry, stop positions or stop colours, checked."""
-        if not self.any_gradients:
-            return self
-        return Fills(
-            **{field.name: changes.get(field.name, getattr(self, field.name)) for field in dataclasses.fields(self)}
-        )
+        return dataclasses.replace(self, **changes) if self.any_gradients else self
 
     def mean_colors(self) -> FloatArray:
         """Return the straight RGBA of each gradient, averaged premultiplied over t in [0, 1]: (K, 4).

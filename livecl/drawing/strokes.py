@@ -135,15 +135,9 @@ class Strokes:
             is_open=self.is_open[np.asarray(subpaths, dtype=np.int64)],
         )
 
-    def with_widths(self, widths: ArrayLike) -> Strokes:
+    def with_widths(self, widths: FloatArray) -> Strokes:
         """Return a copy with other widths (N,), checked."""
-        return Strokes(
-            widths=widths,
-            caps=self.caps,
-            joins=self.joins,
-            miter_limits=self.miter_limits,
-            is_open=self.is_open,
-        )
+        return dataclasses.replace(self, widths=widths)
 
 
 def concatenate_strokes(parts: Sequence[Strokes]) -> Strokes:

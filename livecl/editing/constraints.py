@@ -30,25 +30,14 @@ _TURN = re.compile(r"rotate\((\S+)")
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Slack:
-    """How far an outline may be from what it is taken for.
+    """How far an outline may be from what it is taken for."""
 
-    Attributes
-    ----------
-    straight, along : float
-        Largest distance of a line's handles from it, px, and from its thirds along it, in its length.
-    level : float
-        Largest height of a level line, and width of a plumb one, px.
-    tilt : float
-        Sine up to which lines and smooth joins are level or plumb.
-    turn : float
-        Sine up to which a join is smooth.
-    """
-
+    #: Largest distance of a line's handles from it, px, and from its thirds along it, in its length.
     straight: float
     along: float
-    level: float
-    tilt: float
-    turn: float
+    level: float  # largest height of a level line, and width of a plumb one, px
+    tilt: float  # sine up to which lines and smooth joins are level or plumb
+    turn: float  # sine up to which a join is smooth
 
 
 #: What is exact but for rounding.
@@ -124,9 +113,7 @@ class Joins:
 
     def hold(self, points: FloatArray) -> None:
         """Move points (M, 3, 2) to where lines are lines and smooth joins smooth."""
-        for axis, groups in enumerate(self.level):
-            for members in groups:
-                points[members, 0, axis] = points[members, 0, axis].mean()
+        share_levels(points[:, 0], self.level)
         into, out = self._steps(points)
         along = self.directions(points)
         k = np.flatnonzero(self.smooth)
@@ -189,15 +176,9 @@ class Constraints:
         for handle, length in zip((1, 2), lengths, strict=True):
             along = np.stack([length, np.zeros(len(points))], axis=1)
             self.start[:, handle] = np.where(self._smooth[:, None], along, self.start[:, handle])
-        self._share(self.start[:, 0])
+        share_levels(self.start[:, 0], self._level)
         for taken, _ in self._shapes:
             self.start[taken] = 0.0
-
-    def _share(self, anchors: FloatArray) -> None:
-        """Give coordinates of anchors (M, 2) that level and plumb lines share their mean."""
-        for axis, groups in enumerate(self._level):
-            for members in groups:
-                anchors[members, axis] = anchors[members, axis].mean()
 
     def _directions(self, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the directions at smooth joins, (M, 2), and the distances of the anchors before and after, (2, M)."""
@@ -251,7 +232,7 @@ class Constraints:
         along = [np.stack([(handle * ways).sum(axis=1), np.zeros(len(ways))], axis=1) for handle in (first, last)]
         along[0][:, 1] = np.where(self._turning, torque / self._reach, 0.0)
         first, last = (np.where(smooth[:, None], *pair) for pair in zip(along, (first, last), strict=True))
-        self._share(anchors)
+        share_levels(anchors, self._level)
         found = np.stack([anchors, first, last], axis=1)
         found[~self._rows] = 0.0
         for taken, changes in self._shapes:
@@ -259,6 +240,13 @@ class Constraints:
             own[: len(changes)] = np.tensordot(changes, d_points[taken], 3)
             found[taken] = own.reshape(-1, 3, 2)
         return found
+
+
+def share_levels(anchors: FloatArray, level: list[list[IntArray]]) -> None:
+    """Give coordinates of anchors (M, 2) that level and plumb lines (:attr:`Joins.level`) share their mean."""
+    for axis, groups in enumerate(level):
+        for members in groups:
+            anchors[members, axis] = anchors[members, axis].mean()
 
 
 def _turned(vectors: FloatArray) -> FloatArray:

@@ -96,7 +96,8 @@ def cut_out(drawing: Drawing, trap: float = DEFAULT_TRAP) -> Drawing:
             miter_limits=strokes.miter_limits[kept],
             is_open=np.concatenate([np.zeros(0, bool), *(is_open[layer] for layer in kept)]),
         ),
-    ).replace(groups=[drawing.groups[layer] for layer in kept])
+        groups=[drawing.groups[layer] for layer in kept],
+    )
 
 
 def _path(drawing: Drawing, layer: int) -> Any:

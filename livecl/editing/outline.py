@@ -24,27 +24,18 @@ IntArray = NDArray[np.int64]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Fit(SegmentPrices):
-    """What a description costs, in numbers that SVG writes, and how far it may stray from what is seen of the outline.
-
-    Attributes
-    ----------
-    corner : float
-        Numbers that a corner costs.
-    smooth : float
-        Numbers that a smooth node saves, as a segment tells the direction of the next; twice as many at an extreme,
-        whose direction is known.
-    level : float
-        Largest distance, px, of a line that is made level or plumb.
-    """
+    """What a description costs, in numbers that SVG writes, and how far it may stray from what is seen."""
 
     line: float = 2.0
     curve: float = 6.0
     straying: float = 7.0
     straight: float = 0.25
     tolerance: float = 0.25
-    corner: float = 1.0
+    corner: float = 1.0  # numbers that a corner costs
+    #: Numbers that a smooth node saves, as a segment tells the direction of the next; twice as many at an extreme,
+    #: whose direction is known.
     smooth: float = 1.0
-    level: float = 0.3
+    level: float = 0.3  # largest distance, px, of a line that is made level or plumb
 
 
 #: Largest angle, radians, of a line with the outline at its smooth ends, and with an axis where it is made level.

@@ -30,33 +30,15 @@ PLACES, SPACING = 40, 2.0
 
 @dataclasses.dataclass(frozen=True)
 class Trace:
-    """A closed outline at equal steps of length.
+    """A closed outline at equal steps of length."""
 
-    Attributes
-    ----------
-    points : (P, 2) float64
-        Samples, px.
-    step : float
-        Their distance along the outline, px.
-    weights : (P,) float64
-        How much each counts: 1 where it is seen.
-    corners : (K,) int64
-        Samples at which the outline may have a corner, rising.
-    turning : (K,) float64
-        By how much it turns there, radians.
-    places : (Q,) int64
-        Samples at which a smooth node may stand, rising.
-    extreme : (P,) bool
-        Samples next to which the outline is level or plumb at its outermost.
-    """
-
-    points: FloatArray
-    step: float
-    weights: FloatArray
-    corners: IntArray
-    turning: FloatArray
-    places: IntArray
-    extreme: NDArray[np.bool_]
+    points: FloatArray  # (P, 2), samples, px
+    step: float  # their distance along the outline, px
+    weights: FloatArray  # (P,), how much each counts: 1 where it is seen
+    corners: IntArray  # (K,), samples at which the outline may have a corner, rising
+    turning: FloatArray  # (K,), by how much it turns there, radians
+    places: IntArray  # (Q,), samples at which a smooth node may stand, rising
+    extreme: NDArray[np.bool_]  # (P,), samples next to which the outline is level or plumb at its outermost
 
     def tangent(self, samples: IntArray, reach: float = 1.0) -> FloatArray:
         """Return unit tangents at samples (n,): of the chord from `reach` px before to as much after, (n, 2)."""

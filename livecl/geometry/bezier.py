@@ -8,6 +8,7 @@ outline turns from the x axis towards the y axis (clockwise on the screen).
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,24 +19,12 @@ IntArray = NDArray[np.int64]
 
 @dataclasses.dataclass(frozen=True)
 class Polygon:
-    """Cubics flattened into lines, of which one begins at each corner.
+    """Cubics flattened into lines, of which one begins at each corner."""
 
-    Attributes
-    ----------
-    corners : (L, 2) float64
-        Points on the curves, px.
-    segments : (L,) int
-        Cubic of each line.
-    t : (L,) float64
-        Parameter of each corner.
-    counts : (M,) int32
-        Lines of each cubic.
-    """
-
-    corners: FloatArray
-    segments: IntArray
-    t: FloatArray
-    counts: NDArray[np.int32]
+    corners: FloatArray  # (L, 2), points on the curves, px
+    segments: IntArray  # (L,), cubic of each line
+    t: FloatArray  # (L,), parameter of each corner
+    counts: NDArray[np.int32]  # (M,), lines of each cubic
 
 
 def bernstein(t: ArrayLike) -> FloatArray:
@@ -86,6 +75,11 @@ def hull_bounds(cubics: ArrayLike) -> FloatArray:
     return np.concatenate([cubics.min(axis=-2), cubics.max(axis=-2)], axis=-1)
 
 
+def outline_bounds(outline: Sequence[FloatArray]) -> FloatArray:
+    """Return (x_min, y_min, x_max, y_max) of the control points of an outline's subpaths (m, 4, 2): (4,), px."""
+    return hull_bounds(np.concatenate(outline).reshape(-1, 2))
+
+
 def curve_bounds(cubics: ArrayLike) -> FloatArray:
     """Return (x_min, y_min, x_max, y_max) of curves (..., 4, 2) together, px: of their ends and of where they turn."""
     cubics = np.asarray(cubics, dtype=np.float64).reshape(-1, 4, 2)
@@ -96,9 +90,8 @@ def curve_bounds(cubics: ArrayLike) -> FloatArray:
         turns = [c / (-b - np.copysign(root, b)), (-b - np.copysign(root, b)) / a]
     found = [cubics[:, 0], cubics[:, 3]]
     for turn in turns:
-        t = np.where((turn > 0) & (turn < 1), turn, 0.0)[..., None]
-        weights = np.concatenate([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3], axis=-1)
-        found.append(np.einsum("nik,nki->ni", weights, cubics))
+        t = np.where((turn > 0) & (turn < 1), turn, 0.0)
+        found.append(np.einsum("nik,nki->ni", bernstein(t), cubics))
     points = np.concatenate(found)
     return np.concatenate([points.min(axis=0), points.max(axis=0)])
 

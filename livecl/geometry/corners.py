@@ -40,18 +40,10 @@ CUT = 1.25
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class CorneredOutline:
-    """A closed polyline with its corners.
+    """A closed polyline with its corners."""
 
-    Attributes
-    ----------
-    points : (n, 2) float64
-        (x, y) px; corners are points of it.
-    corners : (k,) int64
-        Which points are corners, ascending.
-    """
-
-    points: FloatArray
-    corners: IntArray
+    points: FloatArray  # (n, 2), (x, y) px; corners are points of it
+    corners: IntArray  # (k,), which points are corners, ascending
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -42,40 +42,25 @@ SHORTEST_LINE, SHORTEST, LONGEST, HOLD = 1.0, 0.01, 2.0, 1e6
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class SegmentPrices:
-    """What a segment costs.
+    """What a segment costs."""
 
-    Attributes
-    ----------
-    line, curve : float
-        A straight segment, and a cubic.
-    straying : float
-        A distance of 1 px over a length of 1 px; it grows by the square.
-    straight, tolerance : float
-        Largest distance of a line, and of a cubic, px.
-    """
-
+    #: A straight segment, and a cubic.
     line: float
     curve: float
-    straying: float = 1.0
+    straying: float = 1.0  # a distance of 1 px over a length of 1 px; it grows by the square
+    #: Largest distance of a line, and of a cubic, px.
     straight: float = np.inf
     tolerance: float = np.inf
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Tangents:
-    """Unit tangents at the ends of segments, x + iy, in the direction of travel: (Q,); and which ends are free of it.
+    """Unit tangents at the ends of segments, x + iy, in the direction of travel; and which ends are free of them."""
 
-    Attributes
-    ----------
-    first, last : (Q,) complex
-        At either end.
-    free : (Q, 2) bool
-        Whether the handle at either end may point elsewhere: at a corner.
-    """
-
+    #: (Q,): at either end.
     first: ComplexArray
     last: ComplexArray
-    free: BoolArray
+    free: BoolArray  # (Q, 2), whether the handle at either end may point elsewhere: at a corner
 
 
 class Segments:

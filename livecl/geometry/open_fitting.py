@@ -14,8 +14,8 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.geometry.bezier import bernstein
-from livecl.geometry.polylines import lengths_along
+from livecl.geometry.bezier import bernstein, cross
+from livecl.geometry.polylines import lengths_along, points_at
 
 FloatArray = NDArray[np.float64]
 
@@ -66,10 +66,8 @@ def fit_line(points: FloatArray, tolerance: float, reach: float, closed: bool = 
 
 def _corners(points: FloatArray, places: FloatArray, reach: float) -> list[int]:
     """Return the points at which a polyline turns most, if by enough, one within the reach."""
-    before = np.stack([np.interp(places - reach, places, points[:, axis]) for axis in (0, 1)], axis=1)
-    after = np.stack([np.interp(places + reach, places, points[:, axis]) for axis in (0, 1)], axis=1)
-    u, v = points - before, after - points
-    turns = np.abs(np.arctan2(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], (u * v).sum(axis=1)))
+    u, v = points - points_at(places - reach, points, places), points_at(places + reach, points, places) - points
+    turns = np.abs(np.arctan2(cross(u, v), (u * v).sum(axis=1)))
     inside = (places > reach / 2) & (places < places[-1] - reach / 2)
     turns[~inside] = 0
     found: list[int] = []
@@ -95,11 +93,10 @@ def _crossing(points: FloatArray, places: FloatArray, at: int, reach: float) -> 
         middle = near.mean(axis=0)
         lines.append((middle, np.linalg.svd(near - middle)[2][0]))
     (p, u), (q, v) = lines
-    across = u[0] * v[1] - u[1] * v[0]
+    across = cross(u, v)
     if abs(across) < 0.2:  # nearly parallel
         return np.asarray(points[at])
-    share = ((q - p)[0] * v[1] - (q - p)[1] * v[0]) / across
-    crossing = p + share * u
+    crossing = p + cross(q - p, v) / across * u
     return np.asarray(crossing if np.hypot(*(crossing - points[at])) <= reach else points[at])
 
 
@@ -134,17 +131,17 @@ def segment_along(points: FloatArray, places: FloatArray, rounds: int = 3) -> tu
     a, d = points[0], points[-1]
     share = np.clip((points - a) @ (d - a) / max(float((d - a) @ (d - a)), 1e-12), 0, 1)
     off = np.hypot(*(points - a - share[:, None] * (d - a)).T)
+    line = np.stack([a, a + (d - a) / 3, d - (d - a) / 3]), float(off.max()), float((off**2).sum())
     if off.max() <= NO_BEND:
-        return np.stack([a, a + (d - a) / 3, d - (d - a) / 3]), float(off.max()), float((off**2).sum())
+        return line
     t = (places - places[0]) / max(places[-1] - places[0], 1e-12)
     weights = bernstein(t)
-    rest = points - weights[:, :1] * a - weights[:, 3:] * d
-    inner = weights[:, 1:3]
     if len(points) < 6:
-        handles = np.stack([a + (d - a) / 3, d - (d - a) / 3])
+        handles = line[0][1:]
     else:
         for _ in range(rounds):
-            handles = np.linalg.lstsq(inner, rest, rcond=None)[0]
+            rest = points - weights[:, :1] * a - weights[:, 3:] * d
+            handles = np.linalg.lstsq(weights[:, 1:3], rest, rcond=None)[0]
             curve = weights @ np.stack([a, *handles, d])
             slope = 3 * np.diff(np.stack([a, *handles, d]), axis=0)
             u = 1 - t
@@ -153,9 +150,7 @@ def segment_along(points: FloatArray, places: FloatArray, rounds: int = 3) -> tu
             t = np.clip(t + ((points - curve) * velocity).sum(axis=1) / speed, 0, 1)
             t[0], t[-1] = 0, 1
             weights = bernstein(t)
-            rest = points - weights[:, :1] * a - weights[:, 3:] * d
-            inner = weights[:, 1:3]
     distance = np.hypot(*(weights @ np.stack([a, *handles, d]) - points).T)
     if off.max() <= 1.15 * distance.max() + NO_BEND:  # a line is as good
-        return np.stack([a, a + (d - a) / 3, d - (d - a) / 3]), float(off.max()), float((off**2).sum())
+        return line
     return np.stack([a, *handles]), float(distance.max()), float((distance**2).sum())

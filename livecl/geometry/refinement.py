@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
-from livecl.geometry.bezier import bernstein
+from livecl.geometry.bezier import bernstein, derivative
 from livecl.geometry.polylines import unit
 from livecl.geometry.simplest import Draft, MeasuredOutline
 
@@ -38,24 +38,12 @@ MANY = 100
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Refined:
-    """A path with smooth joins along an outline.
+    """A path with smooth joins along an outline."""
 
-    Attributes
-    ----------
-    cubics : (S, 4, 2) float64
-        Control points.
-    error : float
-        Integral of the squared distance along the outline, px^3.
-    errors : (S,) float64
-        What each segment has of it.
-    smooth : (S,) bool
-        Whether the join at the begin of each segment is smooth.
-    """
-
-    cubics: FloatArray
-    error: float
-    errors: FloatArray
-    smooth: NDArray[np.bool_]
+    cubics: FloatArray  # (S, 4, 2), control points
+    error: float  # integral of the squared distance along the outline, px^3
+    errors: FloatArray  # (S,), what each segment has of it
+    smooth: NDArray[np.bool_]  # (S,), whether the join at the begin of each segment is smooth
 
 
 def refined(measured: MeasuredOutline, draft: Draft, steps: int = STEPS) -> Refined:
@@ -100,12 +88,8 @@ def _reparametrized(
     """One Newton step towards the nearest parameter; beyond its ends a point goes on to the next segment."""
     for _ in range(2):
         own = cubics[owner]
-        u = 1 - t
-        at = np.einsum("nk,nkd->nd", bernstein(t), own)
-        steps = np.diff(own, axis=1)
-        first = 3 * ((u**2)[:, None] * steps[:, 0] + (2 * u * t)[:, None] * steps[:, 1] + (t**2)[:, None] * steps[:, 2])
-        bends = np.diff(steps, axis=1)
-        second = 6 * (u[:, None] * bends[:, 0] + t[:, None] * bends[:, 1])
+        at, first, bends = np.einsum("nk,nkd->nd", bernstein(t), own), derivative(own, t), np.diff(own, 2, axis=1)
+        second = 6 * ((1 - t)[:, None] * bends[:, 0] + t[:, None] * bends[:, 1])
         away = at - points
         slope = (first**2).sum(axis=1) + np.maximum((away * second).sum(axis=1), 0)
         t = t - np.clip((away * first).sum(axis=1) / np.maximum(slope, 1e-9), -0.3, 0.3)
@@ -130,35 +114,19 @@ def _misses(
 
 @dataclasses.dataclass(eq=False)
 class _Chain:
-    """The numbers that a path follows from.
+    """The numbers that a path follows from."""
 
-    Attributes
-    ----------
-    anchors : (S, 2)
-        Where segments begin.
-    straight : (S,) bool
-        Segments that are lines.
-    smooth : (S,) bool
-        Anchors at which both directions are one.
-    ways : (S, 2)
-        Unit direction at smooth anchors.
-    out, back : (S,)
-        Lengths of the handles after and before smooth anchors.
-    free_out, free_back : (S, 2)
-        Handles after and before the other anchors, from the anchor.
-    reach : (S,)
-        Lengths of the segments.
-    """
-
-    anchors: FloatArray
-    straight: NDArray[np.bool_]
-    smooth: NDArray[np.bool_]
-    ways: FloatArray
+    anchors: FloatArray  # (S, 2), where segments begin
+    straight: NDArray[np.bool_]  # (S,), segments that are lines
+    smooth: NDArray[np.bool_]  # (S,), anchors at which both directions are one
+    ways: FloatArray  # (S, 2), unit direction at smooth anchors
+    #: (S,): lengths of the handles after and before smooth anchors.
     out: FloatArray
     back: FloatArray
+    #: (S, 2): handles after and before the other anchors, from the anchor.
     free_out: FloatArray
     free_back: FloatArray
-    reach: FloatArray
+    reach: FloatArray  # (S,), lengths of the segments
 
     @classmethod
     def of(cls, draft: Draft, reach: FloatArray) -> _Chain:

@@ -26,27 +26,13 @@ PLACE_LENGTH, PLACE_TURN, LEAST_SPACING, MOST_PLACES = 12.0, 0.2, 2.0, 56
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Draft:
-    """A path along an outline before its joins are made smooth.
+    """A path along an outline before its joins are made smooth."""
 
-    Attributes
-    ----------
-    places : (S,) float64
-        Length along the outline, px, at which each segment begins.
-    cubics : (S, 4, 2) float64
-        Control points.
-    straight : (S,) bool
-        Segments that are lines.
-    corners : (S,) bool
-        Whether the outline has a corner where each segment begins.
-    price : float
-        Total of squared distances and prices.
-    """
-
-    places: FloatArray
-    cubics: FloatArray
-    straight: BoolArray
-    corners: BoolArray
-    price: float
+    places: FloatArray  # (S,), length along the outline, px, at which each segment begins
+    cubics: FloatArray  # (S, 4, 2), control points
+    straight: BoolArray  # (S,), segments that are lines
+    corners: BoolArray  # (S,), whether the outline has a corner where each segment begins
+    price: float  # total of squared distances and prices
 
 
 class MeasuredOutline:

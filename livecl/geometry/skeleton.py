@@ -39,21 +39,11 @@ REACH = 3.0
 
 @dataclasses.dataclass(frozen=True)
 class CenterLine:
-    """A line in the middle of a thin shape.
+    """A line in the middle of a thin shape."""
 
-    Attributes
-    ----------
-    points : (n, 2) float64
-        Points (x, y) along it, in pixels of the mask, whose centres lie at halves.
-    radii : (n,) float64
-        Distance of each point to the border of the shape.
-    closed : bool
-        Whether its end is its beginning.
-    """
-
-    points: FloatArray
-    radii: FloatArray
-    closed: bool
+    points: FloatArray  # (n, 2), points (x, y) along it, in pixels of the mask, whose centres lie at halves
+    radii: FloatArray  # (n,), distance of each point to the border of the shape
+    closed: bool  # whether its end is its beginning
 
     @property
     def length(self) -> float:

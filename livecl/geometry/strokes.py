@@ -66,21 +66,11 @@ class _Corners:
 
 @dataclasses.dataclass(frozen=True)
 class StrokeOutlines:
-    """Polygons of strokes.
+    """Polygons of strokes."""
 
-    Attributes
-    ----------
-    points : (P, 2) float64
-        Corners, px; each loop is closed.
-    loop_offsets : (L + 1,) int
-        Loop l has the corners ``loop_offsets[l]:loop_offsets[l + 1]``.
-    loop_strokes : (L,) int
-        Stroke of each loop; a closed stroke has two, an open one one.
-    """
-
-    points: FloatArray
-    loop_offsets: IntArray
-    loop_strokes: IntArray
+    points: FloatArray  # (P, 2), corners, px; each loop is closed
+    loop_offsets: IntArray  # (L + 1,), loop l has the corners ``loop_offsets[l]:loop_offsets[l + 1]``
+    loop_strokes: IntArray  # (L,), stroke of each loop; a closed stroke has two, an open one one
     _corners: _Corners
     _lines: CenterLines
     _radii: FloatArray
@@ -119,21 +109,13 @@ class StrokeOutlines:
 
 
 class Pens(NamedTuple):
-    """What draws S strokes; one number stands for all of them.
+    """What draws S strokes; one number stands for all of them."""
 
-    Attributes
-    ----------
-    widths : (S,) array_like
-        Width of each stroke, px.
-    caps, joins : (S,) array_like of int
-        Indices into CAPS and JOINS.
-    miter_limits : (S,) array_like
-        Largest length of a miter, in widths; beyond it, joins are bevels (SVG's ``stroke-miterlimit``).
-    """
-
-    widths: ArrayLike
+    widths: ArrayLike  # (S,), width of each stroke, px
+    #: (S,): indices into CAPS and JOINS.
     caps: ArrayLike
     joins: ArrayLike
+    #: (S,): largest length of a miter, in widths; beyond it, joins are bevels (SVG's ``stroke-miterlimit``).
     miter_limits: ArrayLike
 
 

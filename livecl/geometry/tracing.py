@@ -22,21 +22,13 @@ FloatArray = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class TracingPrices:
-    """What a path pays for.
+    """What a path pays for."""
 
-    Attributes
-    ----------
-    segment : float
-        One segment more, px^3: the integral of the squared distance along the outline that it is worth.
-    curve : float
-        A cubic, in straight segments.
-    noise : float
-        A segment in a noisy picture, in variances of the points across the outline (px^2, at steps of 1 px): a cubic
-        has six coordinates more, which fit noise of as many variances.
-    """
-
+    #: One segment more, px^3: the integral of the squared distance along the outline that it is worth.
     segment: float = 0.05
-    curve: float = 1.5
+    curve: float = 1.5  # a cubic, in straight segments
+    #: A segment in a noisy picture, in variances of the points across the outline (px^2, at steps of 1 px): a cubic has
+    #: six coordinates more, which fit noise of as many variances.
     noise: float = 12.0
 
 

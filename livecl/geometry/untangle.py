@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from livecl.geometry.bezier import bernstein, cross, derivative, evaluate, flatten, signed_area, subsegment
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area, following, line_meetings
+from livecl.geometry.polylines import lengths_along
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -179,7 +180,7 @@ def _joined(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the cubic from the start of one to the end of the next that is the least-squares fit to both."""
     steps = np.linspace(0, 1, 17)
     points = np.concatenate([evaluate(first, steps[:-1]), evaluate(second, steps)])
-    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    lengths = lengths_along(points)
     weights = bernstein(lengths / max(lengths[-1], 1e-12))
     ends = points[[0, -1]]
     handles = np.linalg.lstsq(weights[:, 1:3], points - weights[:, [0, 3]] @ ends, rcond=None)[0]

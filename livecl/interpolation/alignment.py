@@ -49,7 +49,7 @@ def split(cubic: ArrayLike, count: int) -> FloatArray:
     """
     cubic = np.asarray(cubic, dtype=np.float64)
     parameters = np.linspace(0, 1, CHORDS + 1)
-    lengths = np.concatenate([[0.0], np.cumsum(_chords(cubic[None])[0])])
+    lengths = np.concatenate([[0.0], np.cumsum(chords(cubic[None])[0])])
     knots = np.linspace(0, 1, count + 1)
     if lengths[-1] > 0:
         knots[1:-1] = np.interp(knots[1:-1] * lengths[-1], lengths, parameters)
@@ -78,7 +78,7 @@ def subdivide(cubics: ArrayLike, count: int) -> FloatArray:
     cubics = np.asarray(cubics, dtype=np.float64)
     if count < len(cubics):
         raise ValueError(f"count: got {count}, wanted at least the {len(cubics)} segments that there are")
-    lengths = _chords(cubics).sum(axis=1).tolist()
+    lengths = chords(cubics).sum(axis=1).tolist()
     pieces = [1] * len(cubics)
     longest = [(-length, index) for index, length in enumerate(lengths)]
     heapq.heapify(longest)
@@ -141,7 +141,7 @@ def align(first: Sequence[ArrayLike], second: Sequence[ArrayLike]) -> tuple[Cubi
     straight = _matched(a, b)
     reverse = _matched(a, turned)
     b, pairs = (b, straight[0]) if straight[1] <= reverse[1] else (turned, reverse[0])
-    shift = _center(b) - _center(a)
+    shift = center(b) - center(a)
     aligned = []
     for i, j in pairs:
         if i is None and j is not None:
@@ -157,7 +157,7 @@ def _matched(a: CubicPaths, b: CubicPaths) -> tuple[list[tuple[int | None, int |
     """Pair the subpaths of two outlines, directions as they are; return the pairs, and their cost, px^2."""
     distances = np.empty((len(a), len(b)))
     alone = len(a) == len(b) == 1
-    shift = _center(b) - _center(a)
+    shift = center(b) - center(a)
     for i, j in np.ndindex(distances.shape):
         alike = alone or bezier.signed_area(a[i]) * bezier.signed_area(b[j]) >= 0
         offset = _mean(b[j]) - _mean(a[i]) - shift
@@ -191,9 +191,9 @@ def _mean(subpath: FloatArray) -> FloatArray:
     return mean
 
 
-def _center(outline: CubicPaths) -> FloatArray:
+def center(outline: CubicPaths) -> FloatArray:
     """Middle of the box around the control points, which small holes do not move: (2,), px."""
-    bounds = bezier.hull_bounds(np.concatenate(outline).reshape(-1, 2))
+    bounds = bezier.outline_bounds(outline)
     return (bounds[:2] + bounds[2:]) / 2
 
 
@@ -204,7 +204,7 @@ def _about_mean(cubics: ArrayLike) -> NDArray[np.complex128]:
     return numbers - numbers.mean()
 
 
-def _chords(cubics: FloatArray) -> FloatArray:
+def chords(cubics: FloatArray) -> FloatArray:
     """Lengths of the `CHORDS` chords at even parameters of each cubic: (m, CHORDS), px."""
     points = bezier.evaluate(cubics, np.linspace(0, 1, CHORDS + 1))
     lengths: FloatArray = np.linalg.norm(np.diff(points, axis=-2), axis=-1)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Literal, NamedTuple, get_args, overload
 
@@ -140,11 +141,9 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
         a.background,
         stages=[b.stages[j] if i is None else a.stages[i] for i, j in pairs],
         names=[(a.names[i] if i is not None else "") or (b.names[j] if j is not None else "") for i, j in pairs],
+        groups=[(() if i is None else a.groups[i]) or (() if j is None else b.groups[j]) for i, j in pairs],
         fills=concatenate_fills([layer.fills for layer in starts]),
         strokes=concatenate_strokes([layer.strokes for layer in starts]),
-    )
-    start = start.replace(
-        groups=[(() if i is None else a.groups[i]) or (() if j is None else b.groups[j]) for i, j in pairs]
     )
     points = np.concatenate([rows for layer in ends for rows in layer.rows()])
     last = concatenate_fills([layer.fills for layer in ends])
@@ -250,9 +249,14 @@ def _pair(first: _Layer, second: _Layer) -> tuple[_Layer, _Layer]:
     else:
         outlines = list(align(first.outline, second.outline))
         opened = np.zeros(len(outlines[0]), bool)
-    fills = paired_fills(first.fills, second.fills, (first.color, second.color), (_box(outlines[0]), _box(outlines[1])))
+    fills = paired_fills(
+        first.fills,
+        second.fills,
+        (first.color, second.color),
+        (bezier.outline_bounds(outlines[0]), bezier.outline_bounds(outlines[1])),
+    )
     ends = [
-        _Layer(outline, own.color, fill, _with_lines(own.strokes, opened))
+        _Layer(outline, own.color, fill, dataclasses.replace(own.strokes, is_open=opened))
         for own, outline, fill in zip((first, second), outlines, fills, strict=True)
     ]
     return ends[0], ends[1]
@@ -263,7 +267,7 @@ def _absent(layer: _Layer, lone: Lone) -> _Layer:
     if lone == "fade":
         clear = layer.fills.stop_colors * (1.0, 1.0, 1.0, 0.0)
         return layer._replace(color=np.append(layer.color[:3], 0.0), fills=layer.fills.with_numbers(stop_colors=clear))
-    bounds = _box(layer.outline)
+    bounds = bezier.outline_bounds(layer.outline)
     middle = (bounds[:2] + bounds[2:]) / 2
     collapsed_paths = [np.broadcast_to(middle, subpath.shape) for subpath in layer.outline]
     return layer._replace(outline=collapsed_paths, strokes=_thin(layer.strokes))
@@ -272,22 +276,6 @@ def _absent(layer: _Layer, lone: Lone) -> _Layer:
 def _thin(strokes: Strokes) -> Strokes:
     """Return strokes that are too thin to be seen."""
     return strokes.with_widths(np.where(strokes.widths > 0, THIN, 0.0)) if strokes.any else strokes
-
-
-def _with_lines(strokes: Strokes, is_open: NDArray[np.bool_]) -> Strokes:
-    """Return the pen of one layer, which draws other lines."""
-    return Strokes(
-        widths=strokes.widths,
-        caps=strokes.caps,
-        joins=strokes.joins,
-        miter_limits=strokes.miter_limits,
-        is_open=is_open,
-    )
-
-
-def _box(outline: CubicPaths) -> FloatArray:
-    """Return the box of an outline's control points: (x0, y0, x1, y1), px."""
-    return bezier.hull_bounds(np.concatenate(outline).reshape(-1, 2))
 
 
 def _layer(drawing: Drawing, layer: int) -> _Layer:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from livecl.geometry import bezier
-from livecl.interpolation.alignment import CHORDS, best_shift, subdivide
+from livecl.geometry.polylines import points_at
+from livecl.interpolation.alignment import CHORDS, best_shift, center, chords, subdivide
 
 FloatArray = NDArray[np.float64]
 
@@ -60,7 +61,7 @@ def align_lines(first: list[StrokeLine], second: list[StrokeLine]) -> tuple[list
     first, second : list of StrokeLine
         Equal numbers of lines, with equal numbers of segments, both open or both closed.
     """
-    offset = _center(second) - _center(first)
+    offset = center([line.cubics for line in second]) - center([line.cubics for line in first])
     samples = [[_samples(line.cubics) for line in lines] for lines in (first, second)]
     ways = [
         [_best_way(a + offset, b, (line.is_open, other.is_open)) for b, other in zip(samples[1], second, strict=True)]
@@ -183,18 +184,9 @@ def _samples(cubics: FloatArray) -> FloatArray:
     lengths = _lengths(cubics)
     points = bezier.evaluate(cubics, np.linspace(0, 1, CHORDS + 1))
     course = np.concatenate([points[:, :-1].reshape(-1, 2), points[-1:, -1]])
-    places = np.linspace(0, lengths[-1], STEPS + 1)
-    return np.stack([np.interp(places, lengths, course[:, axis]) for axis in (0, 1)], axis=1)
+    return points_at(np.linspace(0, lengths[-1], STEPS + 1), course, lengths)
 
 
 def _lengths(cubics: FloatArray) -> FloatArray:
     """Return the length along a line up to each of its `CHORDS` steps a segment: (m CHORDS + 1,), px."""
-    points = bezier.evaluate(cubics, np.linspace(0, 1, CHORDS + 1))
-    steps = np.linalg.norm(np.diff(points, axis=1), axis=2).ravel()
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def _center(lines: list[StrokeLine]) -> FloatArray:
-    """Return the middle of the box around the lines' control points: (2,), px."""
-    bounds = bezier.hull_bounds(np.concatenate([line.cubics for line in lines]).reshape(-1, 2))
-    return np.asarray((bounds[:2] + bounds[2:]) / 2)
+    return np.concatenate([[0.0], np.cumsum(chords(cubics))])

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
-from livecl.drawing.strokes import Strokes
 from livecl.geometry.bezier import evaluate
 from livecl.geometry.open_fitting import segment_along
 from livecl.layering.candidates import SEGMENT_ERROR
@@ -123,13 +122,7 @@ def _with_lines(drawing: Drawing, layer: int, lines: list[_Line], rows: list[Flo
     first, last = drawing.layer_offsets[layer : layer + 2]
     strokes = drawing.strokes
     before, after = strokes.is_open[:first], strokes.is_open[last:]
-    pens = Strokes(
-        widths=strokes.widths,
-        caps=strokes.caps,
-        joins=strokes.joins,
-        miter_limits=strokes.miter_limits,
-        is_open=np.concatenate([before, [not line.closed for line in lines], after]),
-    )
+    pens = dataclasses.replace(strokes, is_open=np.concatenate([before, [not line.closed for line in lines], after]))
     return drawing.replace(
         points=np.concatenate([part for outline in outlines for part in outline]),
         subpath_offsets=np.cumsum([0, *(len(part) for outline in outlines for part in outline)]),

@@ -47,28 +47,16 @@ class DeviceInfo:
 
 @dataclasses.dataclass(eq=False)
 class OpenDevice:
-    """A device with the context and the in-order queue that this process uses it by.
-
-    Attributes
-    ----------
-    process : int
-        The process that opened it; no other may use it.
-    max_bytes : int
-        Size of the largest buffer that it allows.
-    memory_bytes : int
-        Size of its memory.
-    failure : str or None
-        Why it is not to be used any more.
-    """
+    """A device with the context and the in-order queue that this process uses it by."""
 
     info: DeviceInfo
     device: Any
     context: Any
     queue: Any
-    process: int
-    max_bytes: int
-    memory_bytes: int
-    failure: str | None = None
+    process: int  # the process that opened it; no other may use it
+    max_bytes: int  # size of the largest buffer that it allows
+    memory_bytes: int  # size of its memory
+    failure: str | None = None  # why it is not to be used any more
 
     @functools.cached_property
     def is_cpu(self) -> bool:
@@ -175,10 +163,6 @@ def list_devices() -> list[DeviceInfo]:
     return [_describe(index, device) for index, device in enumerate(_devices())]
 
 
-def _choices(infos: list[DeviceInfo]) -> str:
-    return "; ".join(map(str, infos))
-
-
 def choose_device(spec: int | str | None = None) -> int:
     """Return the index of the device that `spec` names.
 
@@ -209,7 +193,8 @@ def choose_device(spec: int | str | None = None) -> int:
         matching = [info for info in infos if text.lower() in f"{info.name}\n{info.platform}".lower()]
     if len(matching) != 1:
         problem = "names no device" if not matching else "names several devices"
-        raise DeviceError(f"{source} {text!r} {problem}; choose by index or by part of the name: {_choices(infos)}")
+        choices = "; ".join(map(str, infos))
+        raise DeviceError(f"{source} {text!r} {problem}; choose by index or by part of the name: {choices}")
     return matching[0].index
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import ctypes
 import logging
 import os
+import re
 import struct
 from pathlib import Path
 from typing import Any
@@ -78,11 +79,8 @@ def name_processor(device: Any) -> bool:
 
 def _flags(cpuinfo: str) -> frozenset[str]:
     """Return the flags of the first processor in the text of /proc/cpuinfo."""
-    for line in cpuinfo.splitlines():
-        key, _, value = line.partition(":")
-        if key.strip() == "flags":
-            return frozenset(value.split())
-    return frozenset()
+    found = re.search(r"^flags\s*:(.*)$", cpuinfo, re.MULTILINE)
+    return frozenset(found[1].split() if found else ())
 
 
 def _fields_with(text: bytes, memory: int, start: int) -> list[int]:

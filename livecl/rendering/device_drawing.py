@@ -27,21 +27,11 @@ _OUTWARDS = np.array([1.0, 1.0, -1.0, -1.0])
 
 
 class Use(NamedTuple):
-    """Purpose of flattening: coverage or distances.
+    """Purpose of flattening: coverage or distances."""
 
-    Attributes
-    ----------
-    scope : "coverage" or "distance"
-        Scope of the launcher that receives lines and tables.
-    pieces : (M,) array_like of int, or None
-        Lines for each segment; None chooses them by the tolerance.
-    reach : float
-        How far from the outlines pixels matter, px.
-    """
-
-    scope: Literal["coverage", "distance"]
-    pieces: ArrayLike | None
-    reach: float
+    scope: Literal["coverage", "distance"]  # scope of the launcher that receives lines and tables
+    pieces: ArrayLike | None  # (M,), lines for each segment; None chooses them by the tolerance
+    reach: float  # how far from the outlines pixels matter, px
 
 
 @dataclasses.dataclass

@@ -49,25 +49,14 @@ def pack_tables(drawing: Drawing, line_counts: IntArray, spans: Spans) -> IntArr
 
 @dataclasses.dataclass(frozen=True)
 class Sizes:
-    """Bytes of the buffers that a drawing takes on a canvas.
+    """Bytes of the buffers that a drawing takes on a canvas."""
 
-    Attributes
-    ----------
-    grid : Grid
-        Strips and tiles of the canvas, or canvases.
-    real : int
-        Bytes of a number.
-    num_layers, num_segments : int
-        Of the drawing.
-    record : int
-        Numbers of a record of a layer's fill, see kernels/fill.h; 0 where all layers are solid.
-    """
-
-    grid: Grid
-    real: int
+    grid: Grid  # strips and tiles of the canvas, or canvases
+    real: int  # bytes of a number
+    #: Of the drawing.
     num_layers: int
     num_segments: int
-    record: int
+    record: int  # numbers of a record of a layer's fill, see kernels/fill.h; 0 where all layers are solid
 
     @classmethod
     def of(cls, drawing: Drawing, grid: Grid, real: int) -> Sizes:

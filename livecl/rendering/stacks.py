@@ -21,24 +21,12 @@ IntArray = NDArray[np.int32]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Stack:
-    """Several drawings of one size, all with a background or all without.
+    """Several drawings of one size, all with a background or all without."""
 
-    Attributes
-    ----------
-    drawing : Drawing
-        The layers of all, one drawing's after the other's, in their own coordinates.
-    layer_offsets : (D + 1,) int32
-        First layer of each drawing, and N at the end.
-    backgrounds : (D, 3) float64
-        Their backgrounds; nothing where they have none.
-    stroked : (D,) bool
-        Which of them have strokes.
-    """
-
-    drawing: Drawing
-    layer_offsets: IntArray
-    backgrounds: NDArray[np.float64]
-    stroked: NDArray[np.bool_]
+    drawing: Drawing  # the layers of all, one drawing's after the other's, in their own coordinates
+    layer_offsets: IntArray  # (D + 1,), first layer of each drawing, and N at the end
+    backgrounds: NDArray[np.float64]  # (D, 3), their backgrounds; nothing where they have none
+    stroked: NDArray[np.bool_]  # (D,), which of them have strokes
 
     @classmethod
     def of(cls, drawings: Sequence[Drawing]) -> Stack:

@@ -25,18 +25,10 @@ IntArray = NDArray[np.int64]
 
 @dataclasses.dataclass(frozen=True)
 class Filled:
-    """A drawing without strokes that looks as another one.
+    """A drawing without strokes that looks as another one."""
 
-    Attributes
-    ----------
-    drawing : Drawing
-        Filled layers only; the lines of outlines of strokes are segments of one piece.
-    source : Drawing
-        The drawing that it stands for.
-    """
-
-    drawing: Drawing
-    source: Drawing
+    drawing: Drawing  # filled layers only; the lines of outlines of strokes are segments of one piece
+    source: Drawing  # the drawing that it stands for
     _counts: NDArray[np.int32] | None = None  # lines of each segment of the source
     _rows: IntArray | None = None  # segment of the source of each segment, -1 of a stroke's outline
     _corners: IntArray | None = None  # segment of each corner of the outlines

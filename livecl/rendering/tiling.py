@@ -99,33 +99,18 @@ class Grid:
 
 @dataclasses.dataclass(frozen=True)
 class Spans:
-    """The spans of all layers, sorted by strip and then by layer, with the tables the kernels find them by.
+    """The spans of all layers, sorted by strip and then by layer, with the tables the kernels find them by."""
 
-    Attributes
-    ----------
-    spans : (K, 4) int32
-        Layer, strip, first tile | past-the-last tile << 16, index of the strip's tile 0 in the per-tile buffers.
-    strip_offsets : (num_strips + 1,) int32
-        First span of each strip.
-    layer_strips : (N, 2) int32
-        Index into `layer_spans` of strip 0, first strip | past-the-last strip << 16.
-    layer_spans : (K,) int32
-        Numbers of the spans, by layer and then by strip.
-    bands : (B, 4) int32
-        First span, past-the-last span, first strip, past-the-last strip of each band; a band's tiles fit the buffers.
-    num_tiles : int
-        Tiles of the largest band.
-    grid : Grid
-        The canvas, or canvases.
-    """
-
+    #: (K, 4): layer, strip, first tile | past-the-last tile << 16, index of the strip's tile 0 in the per-tile buffers.
     spans: IntArray
-    strip_offsets: IntArray
-    layer_strips: IntArray
-    layer_spans: IntArray
+    strip_offsets: IntArray  # (num_strips + 1,), first span of each strip
+    layer_strips: IntArray  # (N, 2), index into `layer_spans` of strip 0, first strip | past-the-last strip << 16
+    layer_spans: IntArray  # (K,), numbers of the spans, by layer and then by strip
+    #: (B, 4): first span, past-the-last span, first strip, past-the-last strip of each band; a band's tiles fit the
+    #: buffers.
     bands: IntArray
-    num_tiles: int
-    grid: Grid
+    num_tiles: int  # tiles of the largest band
+    grid: Grid  # the canvas, or canvases
 
     @functools.cached_property
     def each_band(self) -> tuple[Band, ...]:
@@ -141,19 +126,12 @@ class Spans:
 
 
 class Band(NamedTuple):
-    """Strips of the canvas that are worked on at a time.
+    """Strips of the canvas that are worked on at a time."""
 
-    Attributes
-    ----------
-    num_spans, num_tiles : int
-        Spans, and tiles of the canvas, in the band.
-    grid : (9,) int32
-        `Grid` of common.h, for the band.
-    """
-
+    #: Spans, and tiles of the canvas, in the band.
     num_spans: int
     num_tiles: int
-    grid: IntArray
+    grid: IntArray  # (9,), `Grid` of common.h, for the band
 
 
 def plan_spans(boxes: IntArray, grid: Grid, max_tiles: int) -> Spans:

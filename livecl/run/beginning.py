@@ -28,26 +28,20 @@ STRUCTURE_POINT_RATE = 0.3
 class Beginning:
     """Beginning of a run, whatever the picture.
 
-    Parameters
-    ----------
-    paths, schedule, options, seed, start, lock
-        As for :func:`livecl.vectorize`; `start` of the picture's size.
-    hidden : (M, 3) array of bool, optional
-        Control points of `start` that no pixel decides on: they stay.
-
     Raises
     ------
     ValueError
         If the seed is not usable.
     """
 
+    #: As for :func:`livecl.vectorize`; `start` of the picture's size.
     paths: int | Literal["auto"] | None = None
     schedule: str | Sequence[int] | None = None
     options: Options = dataclasses.field(default_factory=Options)
     seed: int = 0
     start: Drawing | None = None
     lock: Sequence[int] = ()
-    hidden: NDArray[np.bool_] | None = None
+    hidden: NDArray[np.bool_] | None = None  # (M, 3), control points of `start` that no pixel decides on: they stay
 
     def __post_init__(self) -> None:
         if self.paths == "auto":

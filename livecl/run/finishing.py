@@ -30,30 +30,14 @@ VECTORIZED_PRECISION = 3
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Finisher:
-    """Finishes the drawings of one picture.
+    """Finishes the drawings of one picture."""
 
-    Attributes
-    ----------
-    target : (h, w, 3) or (h, w, 4) float32
-        The pixels that are worked on, straight.
-    size : (int, int)
-        Height and width of the picture, px.
-    start : Drawing or None
-        Drawing to start from, on the picture's canvas.
-    lock : sequence of int
-        Layers of `start` that stay as they are.
-    precision : int
-        Decimals kept of coordinates, px of the picture.
-    device : int, str or None
-        OpenCL device.
-    """
-
-    target: NDArray[np.float32]
-    size: tuple[int, int]
-    start: Drawing | None
-    lock: Sequence[int]
-    precision: int
-    device: int | str | None
+    target: NDArray[np.float32]  # (h, w, 3) or (h, w, 4), the pixels that are worked on, straight
+    size: tuple[int, int]  # height and width of the picture, px
+    start: Drawing | None  # Drawing to start from, on the picture's canvas
+    lock: Sequence[int]  # layers of `start` that stay as they are
+    precision: int  # decimals kept of coordinates, px of the picture
+    device: int | str | None  # OpenCL device
 
     def finished(self, result: Result, *, groups: bool, trap: float | None) -> Result:
         """Return a result on the picture's canvas, its errors measured again where its drawings differ from the run's.

@@ -35,24 +35,12 @@ FloatArray = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Guided:
-    """A picture and its masks.
+    """A picture and its masks."""
 
-    Attributes
-    ----------
-    image : (H, W, 3) or (H, W, 4) float32
-        The picture, straight.
-    masks : (K, H, W) float32
-        Coverage of each thing.
-    names : (K,) tuple of str
-        Names of the masks.
-    beginning : Beginning
-        Of the run; its `paths` are those of each mask, at most, the mask's own shape among them.
-    """
-
-    image: NDArray[np.float32]
-    masks: NDArray[np.float32]
-    names: tuple[str, ...]
-    beginning: Beginning
+    image: NDArray[np.float32]  # (H, W, 3) or (H, W, 4), the picture, straight
+    masks: NDArray[np.float32]  # (K, H, W), coverage of each thing
+    names: tuple[str, ...]  # (K,), names of the masks
+    beginning: Beginning  # of the run; its `paths` are those of each mask, at most, the mask's own shape among them
 
     def start(self, device: int | str | None, control: Control) -> tuple[Beginning, Control]:
         """Return the beginning of a run that refines the layers of all masks, and the layers within them.

@@ -7,9 +7,10 @@ Each phase begins by changing the layers, is trained by the loop (:mod:`livecl.r
 
 from __future__ import annotations
 
+import abc
 import dataclasses
 from collections.abc import Sequence
-from typing import ClassVar, Literal, Protocol
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,20 +28,22 @@ from livecl.training.state import FREE, KEPT
 Kind = Literal["refine", "stroke", "grow", "thin", "revise", "recolor"]
 
 
-class Phase(Protocol):
+class Phase(abc.ABC):
     """A part of a run: changes layers, is trained, and is kept or taken back."""
 
     kind: ClassVar[Kind]
 
+    @abc.abstractmethod
     def begin(self, run: Work) -> bool:
         """Change the layers; return whether there is anything to train: False leaves the phase out."""
 
     def end(self, run: Work) -> bool:
-        """Return whether the trained drawing is kept; if not, the drawing before is restored."""
+        """Return whether the trained drawing is kept; if not, the drawing before is restored. Kept where not judged."""
+        return True
 
 
 @dataclasses.dataclass(frozen=True)
-class Refine:
+class Refine(Phase):
     """Train the layers of a drawing that the run starts from; kept if the error falls."""
 
     kind: ClassVar[Kind] = "refine"
@@ -56,7 +59,7 @@ class Refine:
 
 
 @dataclasses.dataclass(frozen=True)
-class Stroke:
+class Stroke(Phase):
     """Draw line art as strokes, which later phases keep."""
 
     kind: ClassVar[Kind] = "stroke"
@@ -75,13 +78,9 @@ class Stroke:
         state.holds[before:] = KEPT
         return True
 
-    def end(self, run: Work) -> bool:
-        """Keep the strokes."""
-        return True
-
 
 @dataclasses.dataclass(frozen=True)
-class Redraw:
+class Redraw(Phase):
     """Draw the strokes, as they have been trained, with fewer nodes and pens, and train them again."""
 
     kind: ClassVar[Kind] = "stroke"
@@ -99,22 +98,12 @@ class Redraw:
         state.holds = kept
         return True
 
-    def end(self, run: Work) -> bool:
-        """Keep the strokes: what each change costs has been looked at."""
-        return True
-
 
 @dataclasses.dataclass(frozen=True)
-class Grow:
-    """Add paths where the drawing lacks most: n of the paper's Algorithm 1.
+class Grow(Phase):
+    """Add paths where the drawing lacks most: n of Algorithm 1. Their worth is judged at the end of the run."""
 
-    Parameters
-    ----------
-    count : int
-        Paths to add, at most.
-    """
-
-    count: int
+    count: int  # paths to add, at most
     kind: ClassVar[Kind] = "grow"
 
     def begin(self, run: Work) -> bool:
@@ -129,19 +118,10 @@ class Grow:
         run.progress.asked += self.count
         return True
 
-    def end(self, run: Work) -> bool:
-        """Keep the new paths: their worth is judged at the end of the run."""
-        return True
-
 
 @dataclasses.dataclass(frozen=True)
-class Revise:
+class Revise(Phase):
     """Merge neighbours of one colour, place the least useful layers anew; kept if the error falls by enough.
-
-    Parameters
-    ----------
-    number : int
-        Revisions before this one.
 
     Attributes
     ----------
@@ -161,7 +141,7 @@ class Revise:
     values; no comparison of other values is recorded.
     """
 
-    number: int
+    number: int  # revisions before this one
     share: ClassVar[int] = 16
     min_improvement: ClassVar[float] = 0.002
     merging_loss: ClassVar[float] = 1e-4
@@ -209,7 +189,7 @@ class Revise:
 
 
 @dataclasses.dataclass(frozen=True)
-class Thin:
+class Thin(Phase):
     """Explain thin layers as strokes, and train them."""
 
     kind: ClassVar[Kind] = "thin"
@@ -238,7 +218,7 @@ class Thin:
 
 
 @dataclasses.dataclass(frozen=True)
-class Recolor:
+class Recolor(Phase):
     """Leave as many colours as `Options.colors` asks for, and train outlines with these."""
 
     kind: ClassVar[Kind] = "recolor"
@@ -246,10 +226,6 @@ class Recolor:
     def begin(self, run: Work) -> bool:
         """Choose the colours, which stay."""
         run.state.recolor(with_few_colors(run, run.state.drawing, ~run.state.locked))
-        return True
-
-    def end(self, run: Work) -> bool:
-        """Keep the drawing: it was asked for."""
         return True
 
 

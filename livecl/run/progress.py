@@ -22,39 +22,24 @@ from livecl.training.archive import (
 )
 from livecl.training.state import Fallback, State
 
+#: Fields that JSON holds as they are.
+_FACTS = ("placed", "asked", "failures", "error")
+
 
 @dataclasses.dataclass
 class Progress:
-    """A run between two iterations: the state that training moves, and the bookkeeping of the phases.
+    """A run between two iterations: the state that training moves, and the bookkeeping of the phases."""
 
-    Attributes
-    ----------
-    state : State
-        Drawing and moments, stage and iteration.
-    schedule : tuple of int
-        Paths that each stage adds; 0 for a refinement. Revisions follow.
-    start_drawing : Drawing or None
-        Drawing to start from, if any.
-    placed : bool
-        Whether the paths of the stage are placed: it has begun.
-    asked : int
-        Paths that the stages begun so far were to add: revisions keep their number.
-    failures : int
-        Revisions in a row that came to nothing, or hardly anything.
-    error : float
-        Visible mean squared error after the last stage, where `Options.target_mse` or `Options.path_gain` need it.
-    fallback : Fallback or None
-        Drawing and moments to return to if the phase under way does not lower the error.
-    """
-
-    state: State
+    state: State  # Drawing and moments, stage and iteration
+    #: Paths that each stage adds; 0 for a refinement. Revisions follow.
     schedule: tuple[int, ...]
-    start_drawing: Drawing | None = None
-    placed: bool = False
-    asked: int = 0
-    failures: int = 0
+    start_drawing: Drawing | None = None  # Drawing to start from, if any
+    placed: bool = False  # whether the paths of the stage are placed: it has begun
+    asked: int = 0  # paths that the stages begun so far were to add: revisions keep their number
+    failures: int = 0  # revisions in a row that came to nothing, or hardly anything
+    #: Visible mean squared error after the last stage, where `Options.target_mse` or `Options.path_gain` need it.
     error: float = float("inf")
-    fallback: Fallback | None = None
+    fallback: Fallback | None = None  # Drawing and moments to return to if the phase under way does not lower the error
 
     @classmethod
     def start(
@@ -78,19 +63,15 @@ class Progress:
         facts, arrays = self.state.parts()
         facts |= {
             "schedule": self.schedule,
-            "placed": self.placed,
-            "asked": self.asked,
-            "failures": self.failures,
-            "error": self.error,
+            **{name: getattr(self, name) for name in _FACTS},
             "fallback_error": None if self.fallback is None else self.fallback.error,
         }
         if self.start_drawing is not None:
             arrays |= drawing_arrays("start.", self.start_drawing)
         if self.fallback is not None:
             arrays |= drawing_arrays("fallback.", self.fallback.drawing) | {"fallback.holds": self.fallback.holds}
-            arrays |= adam_arrays("fallback.points", self.fallback.points)
-            arrays |= adam_arrays("fallback.colors", self.fallback.colors)
-            arrays |= adam_arrays("fallback.widths", self.fallback.widths)
+            for name in ("points", "colors", "widths"):
+                arrays |= adam_arrays(f"fallback.{name}", getattr(self.fallback, name))
             arrays |= fill_arrays("fallback.", self.fallback.drawing, self.fallback.fills)
         return facts, arrays
 
@@ -99,23 +80,19 @@ class Progress:
         """Return the progress that :meth:`parts` took apart; raises one of `UNREADABLE` where they make none."""
         fallback = None
         if "fallback.points" in arrays:
+            moments = {name: adam_from(f"fallback.{name}", arrays) for name in ("points", "colors", "widths")}
             earlier = drawing_from("fallback.", arrays, facts["size"])
             fallback = Fallback(
-                earlier,
-                adam_from("fallback.points", arrays),
-                adam_from("fallback.colors", arrays),
-                adam_from("fallback.widths", arrays),
-                fills_from("fallback.", arrays, earlier),
-                arrays["fallback.holds"],
-                facts["fallback_error"],
+                drawing=earlier,
+                fills=fills_from("fallback.", arrays, earlier),
+                holds=arrays["fallback.holds"],
+                error=facts["fallback_error"],
+                **moments,
             )
         return cls(
             state=State.of_parts(facts, arrays),
             schedule=tuple(facts["schedule"]),
             start_drawing=drawing_from("start.", arrays, facts["size"]) if "start.points" in arrays else None,
-            placed=facts["placed"],
-            asked=facts["asked"],
-            failures=facts["failures"],
-            error=facts["error"],
             fallback=fallback,
+            **{name: facts[name] for name in _FACTS},
         )

@@ -10,17 +10,11 @@ from livecl.run.result import Stage
 
 @dataclasses.dataclass
 class Record:
-    """How far a run has come.
+    """How far a run has come."""
 
-    Attributes
-    ----------
-    stages : list of Stage
-        Outcomes of finished stages; a revision counts for the stage before it.
-    iterations, seconds : int, float
-        Iterations and seconds of the stage under way.
-    """
-
+    #: Outcomes of finished stages; a revision counts for the stage before it.
     stages: list[Stage] = dataclasses.field(default_factory=list)
+    #: Iterations and seconds of the stage under way.
     iterations: int = 0
     seconds: float = 0.0
 

@@ -279,20 +279,18 @@ def _check_structure(drawings: Sequence[Drawing]) -> None:
     check_canvases(drawings)
     first = drawings[0]
     for index, drawing in enumerate(drawings):
-        same = np.array_equal(drawing.subpath_offsets, first.subpath_offsets)
-        if not same or not np.array_equal(drawing.layer_offsets, first.layer_offsets):
-            raise ValueError(
-                f"drawings: {index} has other layers or segments than 0; livecl.interpolate makes them agree"
-            )
-        alike = np.array_equal(drawing.fills.kinds, first.fills.kinds)
-        if not alike or not np.array_equal(drawing.fills.stop_offsets, first.fills.stop_offsets):
-            raise ValueError(
-                f"drawings: {index} has fills of other kinds or stops than 0; livecl.interpolate makes them agree"
-            )
-        stroked = np.array_equal(drawing.strokes.widths > 0, first.strokes.widths > 0)
-        if not stroked or not np.array_equal(drawing.strokes.is_open, first.strokes.is_open):
-            raise ValueError(
-                f"drawings: {index} has other strokes or open lines than 0; livecl.interpolate makes them agree"
-            )
+        for what, parts in _structure(drawing).items():
+            if not all(map(np.array_equal, parts, _structure(first)[what])):
+                raise ValueError(f"drawings: {index} has {what} than 0; livecl.interpolate makes them agree")
         if (drawing.background is None) != (first.background is None):
             raise ValueError(f"drawings: of 0 and {index} one has a background and the other none")
+
+
+def _structure(drawing: Drawing) -> dict[str, tuple[NDArray[Any], ...]]:
+    """Return what drawings must have in common, by the words for another one."""
+    fills, strokes = drawing.fills, drawing.strokes
+    return {
+        "other layers or segments": (drawing.subpath_offsets, drawing.layer_offsets),
+        "fills of other kinds or stops": (fills.kinds, fills.stop_offsets),
+        "other strokes or open lines": (strokes.widths > 0, strokes.is_open),
+    }

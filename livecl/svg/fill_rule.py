@@ -34,7 +34,7 @@ def nonzero_from_even_odd(outline: list[FloatArray]) -> tuple[list[FloatArray], 
     """
     if not outline:
         return outline, True
-    bounds = bezier.hull_bounds(np.concatenate(outline).reshape(-1, 2))
+    bounds = bezier.outline_bounds(outline)
     extent = float(max(bounds[2] - bounds[0], bounds[3] - bounds[1])) or 1.0
     lines, owners = _flattened(outline, extent / 4096)
     if len(lines) > _MAX_LINES or len(lines) * len(outline) > _MAX_PAIRS:

@@ -30,21 +30,12 @@ _CENTERS = np.linspace(0, 1, 9)
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
 class Gradient:
-    """A gradient fill.
+    """A gradient fill."""
 
-    Attributes
-    ----------
-    kind : {"linear", "radial"}
-        Meaning of `points`.
-    points : (2, 2) or (3, 2)
-        Linear: where t is 0 and 1. Radial: the centre, and the ends of two axes, where t is 1. px.
-    stops : (K, 5)
-        Offset in [0, 1], not falling, and straight RGBA in [0, 1] of each stop.
-    """
-
-    kind: Literal["linear", "radial"]
+    kind: Literal["linear", "radial"]  # meaning of `points`
+    #: (2, 2) or (3, 2): linear: where t is 0 and 1. Radial: the centre, and the ends of two axes, where t is 1. px.
     points: FloatArray
-    stops: FloatArray
+    stops: FloatArray  # (K, 5), offset in [0, 1], not falling, and straight RGBA in [0, 1] of each stop
 
     def places(self, points: FloatArray) -> FloatArray:
         """Return t at points (..., 2)."""

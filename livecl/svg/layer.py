@@ -67,7 +67,7 @@ class ReadLayer:
     @functools.cached_property
     def bounds(self) -> FloatArray:
         """(x_min, y_min, x_max, y_max) of the control points, and of the pen around them."""
-        bounds = bezier.hull_bounds(np.concatenate(self.outline).reshape(-1, 2))
+        bounds = bezier.outline_bounds(self.outline)
         return bounds if self.pen is None else bounds + self.pen.width / 2 * np.array([-1, -1, 1, 1])
 
 

@@ -33,27 +33,13 @@ _COMMON = ("gradientUnits", "gradientTransform", "spreadMethod", "transform-orig
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
 class FilledShape:
-    """A shape filled by a gradient: its outline, the frame of the outline on the canvas, and its units.
+    """A shape filled by a gradient: its outline, the frame of the outline on the canvas, and its units."""
 
-    Attributes
-    ----------
-    outline : list of (n, 4, 2)
-        Closed subpaths, user units.
-    matrix : (3, 3)
-        From user units to px.
-    viewport : (float, float)
-        Width and height that percentages refer to, user units.
-    units : Units
-        Reference of relative units.
-    opacity : float
-        Factor of the stops' opacities.
-    """
-
-    outline: list[FloatArray]
-    matrix: FloatArray
-    viewport: tuple[float, float]
-    units: Units
-    opacity: float
+    outline: list[FloatArray]  # closed subpaths, user units
+    matrix: FloatArray  # (3, 3), from user units to px
+    viewport: tuple[float, float]  # width and height that percentages refer to, user units
+    units: Units  # reference of relative units
+    opacity: float  # factor of the stops' opacities
 
 
 class PaintServers:

@@ -179,7 +179,7 @@ def dashed(lines: Lines, pen: Pen) -> Lines:
         parameters = np.append((np.arange(len(cubics))[:, None] + t[:-1]).ravel(), len(cubics))
         at = -(pen.dash_offset % sum(pen.dashes))
         num_before, is_on = len(dashes), [False, False]  # at the start and at the end
-        for number, length in _endless(pen.dashes):
+        for number, length in zip(range(2 * MAX_DASHES), itertools.cycle(pen.dashes), strict=False):
             if at >= places[-1]:
                 break
             if number % 2 == 0 and at + length >= 0:
@@ -190,11 +190,6 @@ def dashed(lines: Lines, pen: Pen) -> Lines:
         if not is_open and all(is_on) and len(dashes) - num_before > 1:
             dashes[num_before] = np.concatenate([dashes.pop(), dashes[num_before]])
     return Lines(dashes, [True] * len(dashes))
-
-
-def _endless(lengths: tuple[float, ...]) -> list[tuple[int, float]]:
-    """Return lengths in turn, numbered, for as many dashes as there may be."""
-    return [(number, lengths[number % len(lengths)]) for number in range(2 * MAX_DASHES)]
 
 
 def _between(cubics: FloatArray, begin: float, end: float) -> FloatArray:

@@ -92,7 +92,8 @@ def _drawing(layers: list[ReadLayer], size: tuple[float, float]) -> Drawing:
         names=[layer.name for layer in layers],
         fills=_fills(layers),
         strokes=_strokes(layers),
-    ).replace(groups=told_apart([layer.groups for layer in layers]))
+        groups=told_apart([layer.groups for layer in layers]),
+    )
 
 
 def _rows(layer: ReadLayer) -> list[FloatArray]:

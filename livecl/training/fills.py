@@ -20,18 +20,10 @@ Rate = Callable[[NDArray[np.int64]], ArrayLike]
 
 @dataclasses.dataclass
 class FillMoments:
-    """Moments of a drawing's fills.
+    """Moments of a drawing's fills."""
 
-    Attributes
-    ----------
-    geometry : Adam
-        Of the gradients' points, by layer: (N, 3, 2).
-    stops : Adam
-        Of the stops' places and colours: (S, 5).
-    """
-
-    geometry: Adam
-    stops: Adam
+    geometry: Adam  # of the gradients' points, by layer: (N, 3, 2)
+    stops: Adam  # of the stops' places and colours: (S, 5)
 
     @classmethod
     def start(cls, fills: Fills) -> FillMoments:

@@ -26,6 +26,8 @@ from livecl.training.archive import (
 from livecl.training.fills import FillMoments
 
 _FORMAT = 6
+#: Fields that JSON holds as they are, and those of moments.
+_FACTS, _ADAMS = ("stage", "iteration", "length", "keeps_colors"), ("points", "colors", "widths", "background")
 
 #: Permissions of a layer: everything; moving and colouring; nothing.
 FREE, KEPT, LOCKED = 0, 1, 2
@@ -46,56 +48,31 @@ class Fallback:
 
 @dataclasses.dataclass
 class State:
-    """A drawing in training, between two iterations.
+    """A drawing in training, between two iterations."""
 
-    Attributes
-    ----------
-    drawing : Drawing
-        Layers so far, as trained: neither rounded nor snapped to 8 bits.
-    options : Options
-        Parameters of the method.
-    stage, iteration : int
-        The stage or revision that is under way, and its steps so far.
-    length : int
-        Steps that it takes in all, as far as is known.
-    losses : tuple of float
-        Losses of its last steps.
-    points, colors, widths, background : Adam
-        Moments of the control points, by segment, of colours and widths of strokes, by layer, and of the background.
-    fills : FillMoments
-        Moments of gradient fills.
-    pieces : (M,) int
-        Lines that each segment is flattened into.
-    rng : numpy.random.Generator
-        Source of whatever is random.
-    holds : (N,) int8
-        FREE, KEPT (is not dropped, merged or replaced) or LOCKED (stays as it is), for each layer.
-    kept_weight : (H, W) float or None
-        Distance weight that earlier stages left (the released program's loss); or 0 where layers will show that a later
-        stage places (placement by structure), as those of now do not follow the picture there.
-    hidden : (M, 3) bool or None
-        Control points that no pixel decides on, which stay where they are (placement by structure).
-    keeps_colors : bool
-        Whether the colours of solid layers stay, as they are of a palette.
-    """
-
-    drawing: Drawing
-    options: Options
+    drawing: Drawing  # layers so far, as trained: neither rounded nor snapped to 8 bits
+    options: Options  # parameters of the method
+    #: The stage or revision that is under way, and its steps so far.
     stage: int
     iteration: int
-    length: int
+    length: int  # steps that it takes in all, as far as is known
+    #: Moments of the control points, by segment, of colours and widths of strokes, by layer, and of the background.
     points: Adam
     colors: Adam
     widths: Adam
     background: Adam
-    fills: FillMoments
-    pieces: NDArray[np.int32]
-    rng: np.random.Generator
+    fills: FillMoments  # moments of gradient fills
+    pieces: NDArray[np.int32]  # (M,), lines that each segment is flattened into
+    rng: np.random.Generator  # source of whatever is random
+    #: (N,): FREE, KEPT (is not dropped, merged or replaced) or LOCKED (stays as it is), for each layer.
     holds: NDArray[np.int8]
+    #: (H, W): distance weight that earlier stages left (the released program's loss); or 0 where layers will show that
+    #: a later stage places (placement by structure), as those of now do not follow the picture there.
     kept_weight: NDArray[Any] | None = None
+    #: (M, 3): control points that no pixel decides on, which stay where they are (placement by structure).
     hidden: NDArray[np.bool_] | None = None
-    keeps_colors: bool = False
-    losses: tuple[float, ...] = ()
+    keeps_colors: bool = False  # whether the colours of solid layers stay, as they are of a palette
+    losses: tuple[float, ...] = ()  # losses of its last steps
 
     @classmethod
     def start(cls, drawing: Drawing, options: Options, seed: int, locked: NDArray[np.bool_] | None = None) -> State:
@@ -113,9 +90,7 @@ class State:
             fills=FillMoments.start(drawing.fills),
             pieces=np.ones(drawing.num_segments, np.int32),
             rng=np.random.default_rng(seed),
-            holds=np.where(np.zeros(drawing.num_layers, bool) if locked is None else locked, LOCKED, KEPT).astype(
-                np.int8
-            ),
+            holds=np.full(drawing.num_layers, np.where(False if locked is None else locked, LOCKED, KEPT), np.int8),
         )
 
     def begin_phase(self, length: int) -> None:
@@ -208,10 +183,7 @@ class State:
         """Return a state that does not change with this one; drawings and other arrays are never changed in place."""
         return dataclasses.replace(
             self,
-            points=self.points.subset(slice(None)),
-            colors=self.colors.subset(slice(None)),
-            widths=self.widths.subset(slice(None)),
-            background=self.background.subset(slice(None)),
+            **{name: getattr(self, name).subset(slice(None)) for name in _ADAMS},
             fills=self.fills.copy(),
             rng=copy.deepcopy(self.rng),
         )
@@ -219,7 +191,7 @@ class State:
     def parts(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return all that makes the state as facts, which JSON can hold, and arrays by name."""
         arrays: dict[str, Any] = {"pieces": self.pieces, "holds": self.holds, **drawing_arrays("", self.drawing)}
-        for name in ("points", "colors", "widths", "background"):
+        for name in _ADAMS:
             arrays |= adam_arrays(name, getattr(self, name))
         arrays |= fill_arrays("", self.drawing, self.fills)
         if self.kept_weight is not None:
@@ -230,12 +202,9 @@ class State:
             "format": _FORMAT,
             "size": self.drawing.size,
             "options": dataclasses.asdict(self.options),
-            "stage": self.stage,
-            "iteration": self.iteration,
-            "length": self.length,
             "losses": self.losses,
             "rng": self.rng.bit_generator.state,
-            "keeps_colors": self.keeps_colors,
+            **{name: getattr(self, name) for name in _FACTS},
         }
         return facts, arrays
 
@@ -247,22 +216,17 @@ class State:
         rng = np.random.default_rng()
         rng.bit_generator.state = facts["rng"]
         drawing = drawing_from("", arrays, facts["size"])
+        moments: dict[str, Any] = {name: adam_from(name, arrays) for name in _ADAMS}
         return cls(
             drawing=drawing,
             fills=fills_from("", arrays, drawing),
             options=Options(**facts["options"]),
-            stage=facts["stage"],
-            iteration=facts["iteration"],
-            length=facts["length"],
             losses=tuple(facts["losses"]),
-            points=adam_from("points", arrays),
-            colors=adam_from("colors", arrays),
-            widths=adam_from("widths", arrays),
-            background=adam_from("background", arrays),
             pieces=arrays["pieces"],
             rng=rng,
             holds=arrays["holds"],
             kept_weight=arrays.get("kept_weight"),
             hidden=arrays.get("hidden"),
-            keeps_colors=facts["keeps_colors"],
+            **moments,
+            **{name: facts[name] for name in _FACTS},
         )

@@ -26,22 +26,13 @@ EXACT = 1e-6
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Ties:
-    """What is straight and smooth in a drawing.
+    """What is straight and smooth in a drawing."""
 
-    Attributes
-    ----------
-    following, before : (M,) int
-        Segments after and before each one on its closed outline.
-    straight : (M,) bool
-        Segments with handles at a third and two thirds.
-    smooth : (M,) bool
-        Anchors with handles in line, of which one segment at least is no line.
-    """
-
+    #: (M,): segments after and before each one on its closed outline.
     following: NDArray[np.intp]
     before: NDArray[np.intp]
-    straight: NDArray[np.bool_]
-    smooth: NDArray[np.bool_]
+    straight: NDArray[np.bool_]  # (M,), segments with handles at a third and two thirds
+    smooth: NDArray[np.bool_]  # (M,), anchors with handles in line, of which one segment at least is no line
 
     @classmethod
     def of(cls, drawing: Drawing) -> Ties:

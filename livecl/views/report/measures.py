@@ -36,31 +36,16 @@ _ELEMENT = re.compile(r"<(path|circle|ellipse|rect)\b(?! id=\"background\")[^>]*
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class LayerFacts:
-    """Measures of a layer.
+    """Measures of a layer."""
 
-    Attributes
-    ----------
-    area : float
-        Pixels that are seen of it: the sum of its share in each pixel's colour, see :func:`visible_shares`.
-    area_share : float
-        The same as a share of the canvas, 0 to 1.
-    removed : float
-        By how much the mean squared error would rise without it.
-    gradient : float or None
-        By how much the mean squared error would rise if the layer had the best single colour, of its mean opacity; None
-        where it is solid.
-    num_bytes : int
-        Length of its element in the saved SVG.
-    num_nodes : int
-        Anchors of its outline, one a segment.
-    """
-
-    area: float
-    area_share: float
-    removed: float
+    area: float  # pixels that are seen of it: the sum of its share in each pixel's colour, see :func:`visible_shares`
+    area_share: float  # the same as a share of the canvas, 0 to 1
+    removed: float  # by how much the mean squared error would rise without it
+    #: By how much the mean squared error would rise if the layer had the best single colour, of its mean opacity; None
+    #: where it is solid.
     gradient: float | None
-    num_bytes: int
-    num_nodes: int
+    num_bytes: int  # length of its element in the saved SVG
+    num_nodes: int  # anchors of its outline, one a segment
 
 
 def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rasterizer) -> list[LayerFacts]:
