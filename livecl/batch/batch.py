@@ -49,14 +49,7 @@ class Workers:
 class Batch:
     """A batch whose arguments have been checked; see :func:`vectorize_files`.
 
-    Parameters
-    ----------
-    inputs, output_folder, skip_done
-        As for :func:`vectorize_files`.
-    request : Request
-        Recipe, device and time limit.
-    workers : Workers, optional
-        Who does it.
+    Arguments as of that function; `request` has recipe, device and time limit.
 
     Attributes
     ----------

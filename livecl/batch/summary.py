@@ -72,13 +72,7 @@ _COLUMNS = [field.name for field in dataclasses.fields(Outcome)]
 
 
 class Summary:
-    """The table of a folder: rows by output, those of earlier batches in the same folder included.
-
-    Parameters
-    ----------
-    folder : Path
-        The output folder.
-    """
+    """The table of an output folder: rows by output, those of earlier batches in the same folder included."""
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / SUMMARY

@@ -46,16 +46,7 @@ class Made:
 
 
 def make(data: bytes, name: str, request: Request) -> Made | str:
-    """Vectorize one picture.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the picture's file.
-    name : str
-        Name of the picture in messages.
-    request : Request
-        What holds for each picture.
+    """Vectorize one picture: the bytes of its file, and its name in messages.
 
     Returns
     -------

@@ -51,12 +51,9 @@ def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
 
 
 def smooth_share(image: NDArray[np.floating]) -> float:
-    """Return the share of a picture's blocks that are smoothly shaded: not of one colour, and planes all but rounding.
+    """Return the share of the blocks of a picture, (H, W, C) in [0, 1], that are smoothly shaded.
 
-    Parameters
-    ----------
-    image : (H, W, C)
-        Components in [0, 1].
+    They are not of one colour, and planes all but rounding.
     """
     side = min(BLOCK, *image.shape[:2])
     rows, columns = image.shape[0] // side, image.shape[1] // side

@@ -54,10 +54,7 @@ class _Handler(logging.Handler):
 def messages(*, quiet: bool, verbose: bool) -> Iterator[None]:
     """Context manager: show the library's log and warnings on standard error, one line each.
 
-    Parameters
-    ----------
-    quiet, verbose : bool
-        Neither log nor warnings; the log's course of the work besides its warnings.
+    If `quiet`, neither; if `verbose`, also the course of the work.
     """
     log, handler = logging.getLogger("livecl"), _Handler()
     level = log.level

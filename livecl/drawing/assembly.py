@@ -82,15 +82,7 @@ def stretched(drawing: Drawing, factors: ArrayLike, size: tuple[int, int], offse
 
 
 def scaled(drawing: Drawing, size: tuple[int, int]) -> Drawing:
-    """Return a drawing stretched to a canvas of another size.
-
-    Parameters
-    ----------
-    drawing : Drawing
-        Any drawing.
-    size : (int, int)
-        Height and width of the canvas wanted, px.
-    """
+    """Return a drawing stretched to a canvas of another size, (height, width) px."""
     if drawing.size == tuple(size):
         return drawing
     factors = np.array([size[1] / drawing.size[1], size[0] / drawing.size[0]])

@@ -133,13 +133,7 @@ class Constraints:
     They are anchors, of which level and plumb lines share one coordinate; from each anchor, the two handles, which at a
     smooth join are two lengths along one direction, which turns; and position and size of shapes. Handles of lines, and
     directions beside lines and along the axes, follow.
-
-    Parameters
-    ----------
-    drawing : Drawing
-        Edited, not yet rounded.
-    free : (N,) bool
-        Layers that move; the others stay as they are.
+    The drawing is edited, not yet rounded; layers that are not `free`, (N,) bool, stay as they are.
 
     Attributes
     ----------

@@ -111,22 +111,10 @@ def signed_area(cubics: ArrayLike) -> float:
 
 
 def pieces_for(cubics: ArrayLike, tolerance: float) -> NDArray[np.int32]:
-    """Return how many equal steps of t flatten each cubic to within `tolerance` px.
+    """Return how many equal steps of t, at least 1, flatten each cubic (M, 4, 2) to within `tolerance` px: (M,) int32.
 
     A chord of step 1/n leaves the curve by at most max |B''| / (8 n^2), and |B''| is at most 6 times the larger
     second difference of the control points.
-
-    Parameters
-    ----------
-    cubics : (M, 4, 2) array_like
-        Control points, px.
-    tolerance : float
-        Largest distance between curve and chord, px.
-
-    Returns
-    -------
-    (M,) int32
-        At least 1 each.
     """
     cubics = np.asarray(cubics, dtype=np.float64)
     second = cubics[..., :-2, :] - 2 * cubics[..., 1:-1, :] + cubics[..., 2:, :]

@@ -29,14 +29,7 @@ IntArray = NDArray[np.int64]
 
 
 def crossing_area(cubics: ArrayLike, tolerance: float = FLATTENING) -> float:
-    """Return the area that a closed outline winds around otherwise than a simple outline does.
-
-    Parameters
-    ----------
-    cubics : (M, 4, 2) array_like
-        One closed subpath, px.
-    tolerance : float
-        Distance px within which it is flattened.
+    """Return the area that a closed outline (M, 4, 2) px winds around otherwise than a simple outline does.
 
     Returns
     -------

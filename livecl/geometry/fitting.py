@@ -24,14 +24,7 @@ POINTS, FINE = 24, 4
 
 
 def fit_outlines(polyline: FloatArray, most: int) -> list[FloatArray]:
-    """Return the closed paths of 1, 2, ... `most` segments that follow a closed polyline best.
-
-    Parameters
-    ----------
-    polyline : (P, 2) float
-        Closed outline, px.
-    most : int
-        Segments of the last path.
+    """Return the closed paths of 1, 2, ... `most` segments that follow a closed polyline (P, 2) px best.
 
     Returns
     -------

@@ -76,12 +76,7 @@ class StrokeOutlines:
     _radii: FloatArray
 
     def pull_back(self, d_points: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return the gradient with respect to the centre lines and widths.
-
-        Parameters
-        ----------
-        d_points : (P, 2) array_like
-            dL/dpoints, loss per pixel.
+        """Return the gradient with respect to centre lines and widths from that of the corners, (P, 2), loss per pixel.
 
         Returns
         -------

@@ -26,14 +26,7 @@ _MIDDLE = bernstein(0.5)
 
 
 def trimmed_outline(points: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray | None:
-    """Return a closed outline cut down to a rectangle.
-
-    Parameters
-    ----------
-    points : (s, 3, 2)
-        Segments (anchor, handle, handle), closed, px.
-    low, high : (2,)
-        Corners of the rectangle, px.
+    """Return a closed outline, (s, 3, 2) px, cut down to a rectangle of two corners, (2,) px.
 
     Returns
     -------

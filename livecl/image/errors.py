@@ -58,10 +58,7 @@ def unpremultiplied(image: NDArray[Any]) -> NDArray[Any]:
 def visible_mse(image: NDArray[Any], target: NDArray[Any]) -> float:
     """Return the mean over pixels, RGB, and black and white backgrounds of the squared difference of two pictures.
 
-    Parameters
-    ----------
-    image, target : (H, W, 3) array, or (H, W, 4) premultiplied
-        In RGB no background shows, and this is the mean squared error.
+    Pictures are (H, W, 3), or (H, W, 4) premultiplied. In RGB no background shows, and this is the mean squared error.
     """
     error = visible_error(np.asarray(image, dtype=np.float64) - np.asarray(target, dtype=np.float64))
     return float(np.mean(np.square(error)) * (error.shape[-1] / 3))

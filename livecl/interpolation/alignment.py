@@ -29,14 +29,7 @@ CubicPaths: TypeAlias = list[FloatArray]
 
 
 def split(cubic: ArrayLike, count: int) -> FloatArray:
-    """Cut one cubic into pieces of equal arc length that together are the same curve.
-
-    Parameters
-    ----------
-    cubic : (4, 2) array_like
-        Control points, px.
-    count : int
-        Pieces, at least 1.
+    """Cut one cubic (4, 2) into `count` pieces of equal arc length that together are the same curve.
 
     Returns
     -------
@@ -57,18 +50,7 @@ def split(cubic: ArrayLike, count: int) -> FloatArray:
 
 
 def subdivide(cubics: ArrayLike, count: int) -> FloatArray:
-    """Cut a closed subpath into more segments, the longest ones first, without moving it.
-
-    Parameters
-    ----------
-    cubics : (m, 4, 2) array_like
-        Segments, px.
-    count : int
-        Segments wanted, at least m.
-
-    Returns
-    -------
-    (count, 4, 2) float64
+    """Cut a closed subpath (m, 4, 2) into `count` segments, m or more, the longest ones first, without moving it.
 
     Raises
     ------

@@ -154,14 +154,7 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
 
 
 def mix_colors(a: ArrayLike, b: ArrayLike, t: float) -> FloatArray:
-    """Mix straight colours so that premultiplied ones are mixed linearly.
-
-    Parameters
-    ----------
-    a, b : (..., 4) array_like
-        Straight RGBA in [0, 1].
-    t : float
-        Share of `b`, from 0 to 1.
+    """Mix straight colours (..., 4), `t` of the second, so that premultiplied ones are mixed linearly.
 
     Returns
     -------
@@ -182,15 +175,7 @@ def mix_colors(a: ArrayLike, b: ArrayLike, t: float) -> FloatArray:
 
 
 def fit_canvas(drawing: Drawing, size: tuple[int, int]) -> Drawing:
-    """Return a drawing scaled evenly, as large as it fits, into the middle of a canvas of another size.
-
-    Parameters
-    ----------
-    drawing : Drawing
-        Any drawing.
-    size : (int, int)
-        Height and width of the canvas wanted, px.
-    """
+    """Return a drawing scaled evenly, as large as it fits, into the middle of a canvas (height, width) px."""
     scale = min(new / old for new, old in zip(size, drawing.size, strict=True))
     margin = [(new - scale * old) / 2 for new, old in zip(size, drawing.size, strict=True)]
     return stretched(drawing, scale, size, margin[::-1])

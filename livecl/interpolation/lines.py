@@ -45,16 +45,11 @@ class _Way(NamedTuple):
 
 
 def align_lines(first: list[StrokeLine], second: list[StrokeLine]) -> tuple[list[StrokeLine], list[StrokeLine]]:
-    """Return two lists of centre lines that correspond, of unchanged course.
+    """Return two lists of centre lines that correspond, of unchanged course, from two of at least one line each.
 
     Lines that lie alike within their layers are matched. An open and a closed line are both open then: the closed one
     is cut where it lies best on the other. A line that is left over begins or ends as a speck on the nearest line of
     the other layer, which hides it.
-
-    Parameters
-    ----------
-    first, second : list of StrokeLine
-        Lines of one stroked layer each, at least one.
 
     Returns
     -------

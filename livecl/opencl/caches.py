@@ -67,10 +67,7 @@ def prepare_pocl_cache() -> None:
 def pyopencl_cache(broken: Exception | None = None) -> Iterator[None]:
     """Have pyopencl, which opens caches when first used, open them where it can: if need be, in a temporary folder.
 
-    Parameters
-    ----------
-    broken : Exception, optional
-        Why the cache where it was last opened cannot be used.
+    `broken` is the reason why the cache where it was last opened cannot be used.
     """
     problem = broken or _problem_of_pyopencl_cache()
     if problem is None:

@@ -49,17 +49,9 @@ def level_of(flags: frozenset[str]) -> str:
 
 
 def name_processor(device: Any) -> bool:
-    """Replace the processor's unknown name in PoCL's record of a device by one that LLVM knows.
+    """Replace the processor's unknown name in PoCL's record of a pyopencl.Device by one that LLVM knows.
 
-    Parameters
-    ----------
-    device : pyopencl.Device
-        A device of PoCL.
-
-    Returns
-    -------
-    bool
-        Whether the name was found and replaced. False on other systems than Linux on x86-64.
+    Return whether it was found and replaced: False on other systems than Linux on x86-64.
     """
     try:
         flags = _flags(Path("/proc/cpuinfo").read_text(encoding="utf-8"))

@@ -23,14 +23,7 @@ LINE = 4
 def pack_tables(drawing: Drawing, line_counts: IntArray, spans: Spans) -> IntArray:
     """Pack the integers that kernels find spans, segments and lines by into one array: `Tables` of common.h.
 
-    Parameters
-    ----------
-    drawing : Drawing
-        Its layers and segments.
-    line_counts : (M,) int
-        Lines that each segment is flattened into.
-    spans : Spans
-        Spans of the layers' boxes.
+    For the spans of a drawing, and the lines that each segment is flattened into, (M,) int.
     """
     tables = (
         spans.layer_strips.ravel(),

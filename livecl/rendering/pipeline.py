@@ -43,10 +43,7 @@ class DistanceWeight:
 class Pipeline:
     """Launches kernels, band after band, for drawings whose images have one number of channels.
 
-    Parameters
-    ----------
-    launcher, grid, tolerance, max_tiles
-        As for :class:`livecl.rendering.device_drawing.Scene`.
+    Parameters as of :class:`livecl.rendering.device_drawing.Scene`.
     """
 
     def __init__(self, launcher: Launcher, grid: Grid, tolerance: float, max_tiles: int) -> None:

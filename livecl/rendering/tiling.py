@@ -69,14 +69,7 @@ class Grid:
         return images if self.count > 1 else images[0]
 
     def boxes(self, bounds: NDArray[np.float64], margin: float) -> IntArray:
-        """Return the tiles within `margin` px of each layer's bounds, on one canvas.
-
-        Parameters
-        ----------
-        bounds : (N, 4) float
-            (x_min, y_min, x_max, y_max), px.
-        margin : float
-            How far to grow the bounds, px.
+        """Return the tiles within `margin` px of bounds (x_min, y_min, x_max, y_max), (N, 4) px, on one canvas.
 
         Returns
         -------

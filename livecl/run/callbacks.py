@@ -84,14 +84,7 @@ def step_of(run: Run, loss: float) -> Step:
 def tell_stage_end(on_step: OnStep | None, step: Step, kept: bool) -> None:
     """Call the callback's `on_stage(step, kept)`, if it has such a method.
 
-    Parameters
-    ----------
-    on_step : callable or None
-        The callback.
-    step : Step
-        The last one of the stage.
-    kept : bool
-        Whether the run keeps the drawing of the stage, or returns to the one before it.
+    `step` is the last one of the stage; `kept` whether the run keeps its drawing, or returns to the one before it.
     """
     on_stage: Any = getattr(on_step, "on_stage", None)
     if on_stage is not None:

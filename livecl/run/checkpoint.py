@@ -88,14 +88,7 @@ def is_checkpoint(path: str | os.PathLike[str]) -> bool:
 class Checkpoints:
     """Writes the checkpoint of one run periodically; a failed write is warned of once, and the run goes on.
 
-    Parameters
-    ----------
-    path : path or None
-        The file; None writes nothing.
-    identity : dict
-        See :func:`identity_of`.
-    period : float or None
-        See :class:`livecl.run.control.Control`.
+    Without a path it writes nothing; see :func:`identity_of` and :class:`livecl.run.control.Control`.
     """
 
     def __init__(self, path: str | os.PathLike[str] | None, identity: dict[str, Any], period: float | None) -> None:

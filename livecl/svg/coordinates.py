@@ -227,15 +227,7 @@ def canvas_size(root: Element, own: Mapping[str, str], units: Units) -> tuple[fl
 
     A side not stated follows from the ``viewBox``; without one, it is that of a picture of unknown size in CSS, which
     `units` counts as a guess.
-
-    Parameters
-    ----------
-    root : Element
-        The ``<svg>`` element.
-    own : mapping of str
-        Its attributes and properties.
-    units : Units
-        Reference of relative units.
+    Of the ``<svg>`` element and its attributes and properties.
     """
     box = view_box(root)
     references = box[2:] if box else CANVAS

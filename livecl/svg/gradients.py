@@ -98,16 +98,9 @@ def with_inner_radius(stops: FloatArray, share: float) -> FloatArray:
 
 
 def padded(gradient: Gradient, spread: str, bounds: FloatArray) -> tuple[Gradient, bool]:
-    """Return a gradient without repeats that looks the same within bounds, and whether it does.
+    """Return a gradient without repeats that looks the same within bounds (x0, y0, x1, y1) px, and whether it does.
 
-    Parameters
-    ----------
-    gradient : Gradient
-        One period.
-    spread : str
-        ``pad``, ``reflect`` or ``repeat``.
-    bounds : (4,)
-        (x_min, y_min, x_max, y_max) of the filled shape, px.
+    From one period; `spread` is ``pad``, ``reflect`` or ``repeat``.
     """
     if spread not in ("reflect", "repeat"):
         return gradient, True

@@ -71,15 +71,7 @@ class PaintServers:
         return element is not None and tag_of(element) in _GEOMETRY
 
     def fill(self, identifier: str, shape: FilledShape) -> Gradient | Rgba | None:
-        """Return a shape's fill by a gradient; None for nothing, as without stops.
-
-        Parameters
-        ----------
-        identifier : str
-            Id of a gradient.
-        shape : FilledShape
-            The filled shape.
-        """
+        """Return a shape's fill by the gradient of an id; None for nothing, as without stops."""
         chain = self._chain(self._ids[identifier])
         stops = self._stops_of(chain)
         if not len(stops):

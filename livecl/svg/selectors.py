@@ -72,13 +72,7 @@ def _chain(node: _Node | None, link: str) -> Iterator[_Node]:
 
 
 class Matcher(cssselect2.Matcher):  # type: ignore[misc]  # cssselect2 has no types
-    """Selectors and their payloads, matched against the elements of one tree.
-
-    Parameters
-    ----------
-    root : Element
-        The tree.
-    """
+    """Selectors and their payloads, matched against the elements of one tree."""
 
     def __init__(self, root: Element) -> None:
         super().__init__()

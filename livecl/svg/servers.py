@@ -28,14 +28,7 @@ class PaintServer(NamedTuple):
 def format_gradients(drawing: Drawing, ids: list[str], precision: int) -> dict[int, PaintServer]:
     """Return the gradient of each layer that has one; an id is made of that of the first layer that uses it.
 
-    Parameters
-    ----------
-    drawing : Drawing
-        Quantized.
-    ids : list of str
-        Ids of the layers.
-    precision : int
-        Decimals kept of coordinates in px.
+    Of a quantized drawing whose layers have these ids; `precision` are decimals of coordinates in px.
     """
     taken, known, servers = set(ids), dict[str, PaintServer](), dict[int, PaintServer]()
     for layer in drawing.fills.gradient_layers.tolist():
@@ -60,13 +53,7 @@ def without_plain_gradients(fills: Fills, colors: FloatArray) -> tuple[Fills, Fl
     """Return fills whose gradients of one colour are solid, as SVG shows them, and the layers' colours.
 
     A gradient without extent shows its last stop's colour. An SVG of it could not be read back as it was.
-
-    Parameters
-    ----------
-    fills : Fills
-        Quantized.
-    colors : (N, 4)
-        Straight RGBA of each layer.
+    Of quantized fills, and straight RGBA (N, 4).
     """
     plain = np.zeros(len(fills), dtype=bool)
     colors = colors.copy()

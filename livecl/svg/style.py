@@ -84,12 +84,7 @@ _Declarations = tuple[tuple[str, str, bool], ...]
 class StyleSheet:
     """The style sheets of a document, and the properties of each element.
 
-    Parameters
-    ----------
-    root : Element
-        The ``<svg>`` element.
-    left_out : Counter
-        Counter of style rules and values that cannot be read.
+    What cannot be read is counted in `left_out`.
 
     Raises
     ------
@@ -141,13 +136,7 @@ class StyleSheet:
 
         From the weakest: its attributes, rules that match, its style attribute, and ``!important`` ones of both.
         Values that CSS does not know are ignored and counted.
-
-        Parameters
-        ----------
-        element : Element
-            An element of the document.
-        parent : mapping of str
-            Properties of the element around it, for ``inherit``.
+        `parent` has the properties of the element around it, for ``inherit``.
         """
         own: dict[str, str] = {}
         for name, value in element.attrib.items():

@@ -20,14 +20,9 @@ if TYPE_CHECKING:
 
 
 def swatches_of(drawing: Drawing, unique_id: Callable[[str], str]) -> dict[str, PaintServer]:
-    """Return the swatch of each colour of solid layers and the background, by its ``#rrggbb``.
+    """Return the swatch of each colour of solid layers and the background of a quantized drawing, by its ``#rrggbb``.
 
-    Parameters
-    ----------
-    drawing : Drawing
-        Quantized.
-    unique_id : callable
-        Makes ids of names; a swatch is called after its colour, as ``swatch-dark-blue``.
+    A swatch is called after its colour, as ``swatch-dark-blue``.
     """
     colors = [] if drawing.background is None else [drawing.background]
     colors += [rgba for rgba, kind in zip(drawing.colors, drawing.fills.kinds, strict=True) if kind == SOLID]

@@ -67,12 +67,7 @@ class _Context:
 
 
 class Walker:
-    """Collects the layers of a document, and counts unsupported features.
-
-    Parameters
-    ----------
-    root : Element
-        The ``<svg>`` element.
+    """Collects the layers of a document, from its ``<svg>`` element, and counts unsupported features.
 
     Attributes
     ----------

@@ -24,16 +24,9 @@ SHARE, NOTHING = 0.01, 1 / 72
 
 
 def judge_progress(state: State, loss: float, limit: float = np.inf) -> None:
-    """Take in the loss of a step, and shorten the phase where it is time (`State.length`).
+    """Take in the loss before a step, after it, and shorten the phase where it is time (`State.length`).
 
-    Parameters
-    ----------
-    state : State
-        After the step.
-    loss : float
-        Loss before the step.
-    limit : float
-        Loss that the phase must come below to be of use.
+    A phase is of use if its loss comes below `limit`.
     """
     state.losses = (*state.losses[1 - 2 * WINDOW :], loss)
     if state.iteration < EARLIEST or state.iteration % PERIOD or 2 * state.iteration >= state.length:

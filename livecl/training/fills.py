@@ -38,13 +38,7 @@ class FillMoments:
         """Return the moments of other fills.
 
         Layers of the same kind, with as many stops, keep theirs; for Adam, all others are new.
-
-        Parameters
-        ----------
-        old, new : Fills
-            Those that these moments are of, and those that the moments are wanted of, N layers.
-        sources : (N,) array of int
-            The number that each layer had before, -1 for a new one.
+        `sources` (N,) has the number that each layer had before, -1 for a new one.
         """
         moments = FillMoments.start(new)
         for layer in new.gradient_layers.tolist():

@@ -22,15 +22,7 @@ DISTANCE_TOLERANCE = 0.25
 
 
 class Objective:
-    """Loss and gradient of a run's drawing.
-
-    Parameters
-    ----------
-    rasterizer : Rasterizer
-        Renders and differentiates.
-    target : (H, W, 3) array, or (H, W, 4) premultiplied
-        The picture wanted.
-    """
+    """Loss and gradient of a run's drawing; the target is (H, W, 3), or (H, W, 4) premultiplied."""
 
     def __init__(self, rasterizer: Rasterizer, target: NDArray[Any]) -> None:
         self._rasterizer = rasterizer

@@ -17,15 +17,10 @@ MIN_HANDLE = 1e-3
 
 
 def xing_loss(cubics: ArrayLike) -> tuple[float, FloatArray]:
-    """Self-crossing loss of the paper's eq. (3)-(4), the mean over segments.
+    """Self-crossing loss of the paper's eq. (3)-(4), the mean over segments of control points A, B, C, D: (M, 4, 2) px.
 
     With u and v the directions of AB and CD, D1 = [AB x BC > 0] and D2 = u x v, a segment costs
     D1 ReLU(-D2) + (1 - D1) ReLU(D2): the sine of the angle from AB to CD where it turns the other way than A, B, C do.
-
-    Parameters
-    ----------
-    cubics : (M, 4, 2) array_like
-        Control points A, B, C, D of the segments, px.
 
     Returns
     -------

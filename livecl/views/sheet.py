@@ -156,17 +156,7 @@ def fitted(image: ArrayLike, size: tuple[int, int]) -> Image.Image:
 
 
 def over_checkerboard(image: ArrayLike) -> FloatArray:
-    """Lay a picture over a checkerboard.
-
-    Parameters
-    ----------
-    image : (H, W, 3) or (H, W, 4) array_like
-        RGB, which is returned as it is, or premultiplied RGBA, in [0, 1].
-
-    Returns
-    -------
-    (H, W, 3) float32
-    """
+    """Lay a picture over a checkerboard: RGB, as it is, or premultiplied RGBA, (H, W, C); RGB (H, W, 3) comes out."""
     pixels = np.asarray(image, dtype=np.float32)
     if pixels.shape[2] == 3:
         return pixels
