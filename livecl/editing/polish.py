@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.borders import border_pairs, paired_rows
 from livecl.drawing.drawing import Drawing
 from livecl.editing.constraints import Constraints
@@ -37,7 +38,7 @@ def polished(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Dra
     pen_adam = Adam.start(pens.shape)
     pieces = rasterizer.pieces(drawing)
     for step in range(STEPS + 1):
-        context.check()
+        interruption.check()
         points = constraints.points(coordinates)
         borders.restore(points)
         strokes = drawing.strokes.moved(widths)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
 from livecl.editing.constraints import SHORT, Joins
@@ -75,7 +76,7 @@ def editable(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Dra
     editor = _Editor(context, drawing, LEFT, paints)
     outlines: list[Outline] = []
     for layer, outline in enumerate(_outlines(drawing)):
-        context.check()
+        interruption.check()
         if movable[layer]:
             outline = editor.best(layer, outline)
         outlines.append(outline)
@@ -107,7 +108,7 @@ def _without_crossings(context: Context, drawing: Drawing, free: NDArray[np.bool
         if layer in tangled:
             found = [part[:, :3] for subpath in outline for part in parted(_closed(subpath))]
             for part in sorted(found, key=lambda part: abs(signed_area(_closed(part)))):
-                context.check()
+                interruption.check()
                 fewer = [other for other in found if other is not part]
                 found = editor.cheapest(layer, [found, fewer] if fewer else [found])
             outlines[layer] = found
@@ -125,7 +126,7 @@ def _verified(context: Context, drawing: Drawing, edited: Drawing, paints: _Pain
     editor = _Editor(context, edited, 1.0, paints)
     outlines = []
     for layer, pair in enumerate(zip(_outlines(edited), _outlines(drawing), strict=True)):
-        context.check()
+        interruption.check()
         tidy = [tidied(subpath, FITS[-1].tolerance) for subpath in pair[1]] if context.options.simplify else pair[1]
         outlines.append(pair[1] if _same(*pair) else editor.cheapest(layer, [*pair, tidy]))
         editor.advance(layer)
@@ -177,6 +178,7 @@ class _Editor:
         self._below: NDArray[Any] = np.broadcast_to(ground, context.target.shape).astype(np.float32)
         self._above = np.ones_like(self._alphas)  # transmittance of the layers above each
         for layer in range(len(self._alphas) - 2, -1, -1):
+            interruption.check()
             self._above[layer] = self._above[layer + 1] * (1 - self._alphas[layer + 1])
         self._rest = context.rasterizer.forward(drawing) - context.target
         missed = np.square(visible_error(self._rest), dtype=np.float64).sum(axis=-1)
@@ -209,6 +211,7 @@ class _Editor:
         tint = self._above[layer][window][..., None] * (in_window(self._colors[layer], window) - self._below[window])
         prices = []
         for description, alpha in zip(found, alphas, strict=True):
+            interruption.check()
             change = (alpha[window] - present[window])[..., None] * tint
             error = float(np.square(visible_error(self._rest[window] + change), dtype=np.float64).sum())
             prices.append(self._left * error / self.number_errors[layer] + price_of(description))
@@ -232,6 +235,7 @@ class _Editor:
 
         if options.simplify:
             for fit in FITS:
+                interruption.check()
                 add([tidied(outline[k], fit.tolerance) for k in members])
                 add([None if traced is None else editable_outline(traced, fit) for traced in traces])
         if options.primitives and len(outline) == 1 and traces[0] is not None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl import interruption
 from livecl.geometry import bezier
 
 #: Largest distance between the outline and the lines that stand for it, px.
@@ -52,12 +53,11 @@ def polygon_crossing_area(start: FloatArray) -> float:
     middles, steps = (heights[1:] + heights[:-1]) / 2, np.diff(heights)
     turn = 1 if np.sum(start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]) >= 0 else -1
     rows = max(1, _BLOCK // len(start))
-    return float(
-        sum(
-            steps[row : row + rows] @ _widths_of_other_winding(start, end, middles[row : row + rows], turn)
-            for row in range(0, len(middles), rows)
-        )
-    )
+    area = 0.0
+    for row in range(0, len(middles), rows):
+        interruption.check()
+        area += float(steps[row : row + rows] @ _widths_of_other_winding(start, end, middles[row : row + rows], turn))
+    return area
 
 
 def following(owners: IntArray) -> IntArray:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
+from livecl import interruption
 from livecl.geometry.bezier import bernstein, derivative
 from livecl.geometry.polylines import unit
 from livecl.geometry.simplest import Draft, MeasuredOutline
@@ -64,6 +65,7 @@ def refined(measured: MeasuredOutline, draft: Draft, steps: int = STEPS) -> Refi
     misses, basis, normal = _misses(cubics, points, owner, t)
     error = float((weights * misses**2).sum())
     for _ in range(steps):
+        interruption.check()
         rows = (basis[:, :, None] * normal[:, None, :]).reshape(len(t), 8)
         moved = chain.stepped(owner, rows * np.sqrt(weights)[:, None], misses * np.sqrt(weights), ridge)
         trial = moved.cubics()

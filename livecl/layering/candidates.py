@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl import interruption
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.fitting import fit_outlines
 from livecl.geometry.outlines import Outline, circle, random_outline, reversed_path
@@ -127,7 +128,7 @@ def region_candidates(context: Context, painting: Painting, count: int, rng: np.
     """Return the paths that remove most error, one after the other, each put into the painting where it does best.
 
     They are fewer than `count` where none is left that would come to be worth keeping (`Options.prune`); the first
-    layer of a picture is never left out. The check is called before each region that is tried.
+    layer of a picture is never left out.
     """
     judge = _Judge(context, painting, rng)
     found = []
@@ -170,9 +171,9 @@ class _Judge:
 
     def __init__(self, context: Context, painting: Painting, rng: np.random.Generator) -> None:
         self._painting, self._stack = painting, painting.stack
-        self._rasterizer, self._options, self._check = context.rasterizer, context.options, context.check
+        self._rasterizer, self._options = context.rasterizer, context.options
         self._rng = rng
-        self._finder = RegionFinder(context.partitions, painting.stack.image.astype(np.float64), context.check)
+        self._finder = RegionFinder(context.partitions, painting.stack.image.astype(np.float64))
         self._error = np.zeros(0)
         self._tried: dict[tuple[int, int], _Tried] = {}
         self._outlines: dict[Any, list[Outline]] = {}
@@ -187,7 +188,7 @@ class _Judge:
             most = least if best is None else best.trial.gain
             if SEARCH.roughness * guess.gain <= most or (best is not None and number >= SEARCH.outlined):
                 break
-            self._check()
+            interruption.check()
             candidate = guess.candidate or self._outlined(guess)
             if self._options.shape == "outline":  # others are drawn anew
                 guess.candidate = candidate
@@ -219,7 +220,7 @@ class _Judge:
     def _regions(self) -> Iterator[Region]:
         """Yield the regions to look at: those that hold most error, and are not clear."""
         for region in self._finder.best(self._error, SEARCH.regions):
-            self._check()
+            interruption.check()
             if len(region.color) == 3 or region.color[3] >= CLEAR:
                 yield region
 

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Context`: the picture wanted, the rasterizer, the options and the check for interruption, as layering needs them."""
+"""`Context`: the picture wanted, the rasterizer and the options, as layering needs them."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,19 +32,16 @@ class Context:
         The picture wanted.
     options : Options
         Parameters of the method.
-    check : callable
-        Called several times a second; raises to interrupt.
     """
 
     rasterizer: Rasterizer
     target: NDArray[Any]
     options: Options
-    check: Callable[[], None] = lambda: None
 
     @functools.cached_property
     def partitions(self) -> TargetPartitions:
         """Partitions of the target, made when they are first asked for."""
-        return TargetPartitions(self.target, self.check)
+        return TargetPartitions(self.target)
 
     @functools.cached_property
     def changes(self) -> Changes:

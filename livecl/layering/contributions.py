@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl import interruption
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
@@ -43,6 +44,7 @@ def covered_alphas(drawing: Drawing, coverages: ShareArray) -> ShareArray:
     """Return opacity times coverage of each layer alone, from coverages: (N, H, W) both."""
     alphas = coverages.copy()
     for layer, (alpha, window) in enumerate(zip(alphas, _windows(drawing), strict=True)):
+        interruption.check()
         alpha *= opacity_at_pixels(drawing, layer, window)
     return alphas
 
@@ -89,7 +91,10 @@ def composited_colors(drawing: Drawing, covered: bool = False) -> tuple[FloatArr
     alpha 1, as its opacity goes into the layer's alpha.
     """
     windows = _windows(drawing) if covered and drawing.fills.any_gradients else [None] * drawing.num_layers
-    paints = [paint_at_pixels(drawing, layer, window) for layer, window in enumerate(windows)]
+    paints = []
+    for layer, window in enumerate(windows):
+        interruption.check()
+        paints.append(paint_at_pixels(drawing, layer, window))
     if drawing.background is not None:
         return drawing.background, [paint[..., :3] for paint in paints]
     return np.zeros(4), [np.concatenate([paint[..., :3], np.ones_like(paint[..., 3:])], axis=-1) for paint in paints]
@@ -108,6 +113,7 @@ def visible_shares(alphas: ShareArray) -> ShareArray:
     shares = np.empty_like(alphas)
     transmittance = np.ones(alphas.shape[1:], np.float32)
     for layer in reversed(range(len(alphas))):
+        interruption.check()
         shares[layer] = alphas[layer] * transmittance
         transmittance *= 1 - alphas[layer]
     return shares
@@ -126,6 +132,7 @@ def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, see
     below = np.broadcast_to(ground, target.shape).copy()
     changes_of_image = []
     for layer, window in enumerate(windows):
+        interruption.check()
         missing = below[window] - in_window(colors[layer], window)
         changes_of_image.append((shares[layer][window][..., None] * missing).astype(np.float32))
         below[window] -= alphas[layer][window][..., None] * missing

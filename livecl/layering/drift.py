@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
 from livecl.layering.stack import window_of
 
 FloatArray = NDArray[np.float64]
@@ -48,6 +49,7 @@ class Changes:
         span = ndimage.maximum_filter(image, size) - ndimage.minimum_filter(image, size)
         bend = np.zeros(image.shape[:2])
         for axis in (0, 1):
+            interruption.check()
             bends = ndimage.convolve1d(image, [1.0, -2.0, 1.0], axis=axis, mode="nearest")
             bend = np.maximum(bend, np.abs(bends).max(axis=-1))
         down, right = (np.abs(np.diff(image, axis=axis)).max(axis=-1) for axis in (0, 1))

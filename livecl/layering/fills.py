@@ -11,6 +11,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID, Fills, concatenate_fills
 from livecl.image.errors import visible_error
@@ -71,6 +72,7 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
     for layer in range(drawing.num_layers):
         if not free[layer]:
             continue
+        interruption.check()
         own = (coverages[layer] > OWN_SHARE) & (above[layer] > OWN_SHARE)
         if np.count_nonzero(own) < LEAST_PIXELS:
             continue
@@ -87,6 +89,7 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
     # up for each other are right together, if at all.
     error = _squared(residual)
     for some in [found, *({layer: paint} for layer, paint in found.items())] if found else []:
+        interruption.check()
         changed = _filled(drawing, some, context.options.opacity == "opaque")
         dearer = price * (_numbers(changed.fills) - _numbers(drawing.fills))
         left = _squared(target - context.rasterizer.forward(changed))
@@ -156,5 +159,6 @@ def _transmittances(alphas: NDArray[np.float32], count: int) -> list[FloatArray]
     """Return the transmittance of all layers before each of the first `count`."""
     through = [np.ones(alphas.shape[1:])]
     for alpha in alphas[: count - 1]:
+        interruption.check()
         through.append(through[-1] * (1 - alpha))
     return through

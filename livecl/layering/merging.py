@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.assembly import concatenate
 from livecl.drawing.drawing import Drawing
 from livecl.image.errors import visible_error
@@ -87,7 +88,7 @@ def merge_neighbors(context: Context, drawing: Drawing, free: NDArray[np.bool_],
             held = any(source >= 0 and not free[source] for source in old)
             if held or (-1 not in old and old in refused) or trials == MAX_TRIALS:
                 continue
-            context.check()
+            interruption.check()
             trials += 1
             best = _best(context, drawing, alphas, (lower, upper))
             if risen + best.change > tolerance:
@@ -143,6 +144,7 @@ def _best(context: Context, drawing: Drawing, alphas: NDArray[Any], pair: tuple[
     before = squared_error(_paint(alphas, colors, lower, window), between, _paint(alphas, colors, upper, window))
     found: list[tuple[float, _Merge]] = []
     for outline, alpha in zip(outlines, covered, strict=True):
+        interruption.check()
         paint = _Paint(alpha[window][..., None] * in_window(colors[larger], window), 1 - alpha[window])
         layer = Drawing.from_outlines(
             [outline], fill, drawing.size, drawing.background, drawing.stages[[lower]], fills=fills
@@ -164,6 +166,7 @@ def _together(alphas: NDArray[Any], colors: list[FloatArray], layers: range, win
     shape = alphas[0][window].shape
     paint = _Paint(np.zeros((*shape, colors[0].shape[-1])), np.ones(shape))
     for layer in layers:
+        interruption.check()
         if alphas[layer][window].any():
             own = _paint(alphas, colors, layer, window)
             paint = _Paint(own.over(paint.color), own.transmittance * paint.transmittance)

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.image.errors import visible_error
 from livecl.layering.opacities import Opacities
 from livecl.layering.stack import NOWHERE, WHOLE, FloatArray, LayerStack, Window, meet, window_of, within
@@ -131,6 +132,7 @@ class Painting:
         residual = visible_error(self.target[window][pixels] - stack.image[window][pixels])
         linear, square = np.empty((2, len(depths), *residual.shape[:-1]), np.float32)
         for number, depth in enumerate(depths):
+            interruption.check()
             missing = visible_error(color.astype(np.float32) - stack.grounds[depth][window][pixels])
             seen = stack.transmittances[depth][window][pixels]
             linear[number] = 2 * seen * np.einsum("...c,...c->...", residual, missing)

@@ -11,6 +11,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
 from livecl.drawing.strokes import Strokes
@@ -58,7 +59,7 @@ def with_fewer_pens(context: Context, drawing: Drawing) -> tuple[Drawing, NDArra
 
 def _pays(context: Context, drawing: Drawing, fewer: Drawing) -> bool:
     """Whether a drawing with fewer numbers is worth the error that it adds."""
-    context.check()
+    interruption.check()
     rise = context.visible_mse(fewer) - context.visible_mse(drawing)
     pens = drawing.num_layers - fewer.num_layers
     saved = drawing.num_segments - fewer.num_segments + pens * PEN_NUMBERS / 6

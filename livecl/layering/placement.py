@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.drawing import Drawing
 from livecl.layering.candidates import initial_outline, paint_of, region_candidates
@@ -78,9 +79,7 @@ def place_paths(
         from livecl.layering.structure import place_structure  # loads SciPy
 
         total = drawing.num_layers + count if total is None else total
-        found = place_structure(
-            target, drawing, count, total, shading_of(options), context.check, 0 if options.path_gain else total
-        )
+        found = place_structure(target, drawing, count, total, shading_of(options), 0 if options.path_gain else total)
         if found is None:
             return Placement(empty_drawing(drawing.size), np.arange(drawing.num_layers))
         rgba = np.array([paint_of(color) for color in found.colors])
@@ -90,16 +89,16 @@ def place_paths(
             found.weight,
             found.hidden_points,
         )
-    context.check()
+    interruption.check()
     image = context.rasterizer.forward(drawing)
-    context.check()
+    interruption.check()
     if options.placement == "region":
         ground, colors = composited_colors(drawing, covered=True)
         follow = drawing.background is None and options.opacity != "opaque"
         stack = LayerStack(ground, layer_alphas(drawing, context.rasterizer), colors, image)
-        context.check()
+        interruption.check()
         painting = Painting(target, stack, follow)
-        context.check()
+        interruption.check()
         candidates = region_candidates(context, painting, count, rng)
         rgba = np.array([candidate.rgba for candidate in candidates]).reshape(-1, 4)
         if options.new_color == "random":

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.drawing import Drawing
 from livecl.layering.context import Context
 from livecl.layering.contributions import VISIBLE_SHARE, layer_alphas, removal_changes, visible_shares
@@ -33,11 +34,13 @@ def needed_layers(context: Context, drawing: Drawing, least: float, free: NDArra
         return drawing
     error = context.visible_mse(drawing)
     while True:
+        interruption.check()
         alphas = layer_alphas(drawing, context.rasterizer)
         changes = np.where(free, removal_changes(drawing, alphas, context.target, seen=True), np.inf)
         wanted = np.where(_hidden(alphas), HIDDEN_FACTOR * least, least)
         kept = np.ones(len(changes), bool)
         for layer in np.argsort(changes - wanted, kind="stable")[: int(np.sum(changes < wanted))]:
+            interruption.check()
             kept[layer] = False
             without = context.visible_mse(drawing.layer_subset(kept))
             if without - error < wanted[layer]:

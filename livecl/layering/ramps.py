@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.fills import KINDS, LINEAR, RADIAL, SOLID, Fills, place_of, stop_colors_at
 from livecl.layering.stops import STOP_NUMBERS, Pixels, Ramps, fit_ramp
 
@@ -135,6 +136,7 @@ def fit_paint(
     which stops are left out while that costs less than they do.
     """
     step = -(-len(points) // MAX_PIXELS)
+    interruption.check()
     pixels = Pixels(points[::step], colors[::step], weights[::step] * step)
     best = _solid(pixels)
     enough = NOISE * 3 * pixels.weights.sum()
@@ -280,6 +282,7 @@ def _pattern_searches(
     best, least, shares = starts.copy(), errors(starts), np.ones(len(starts))
     under_way = np.arange(len(starts))
     for _ in range(SEARCH_ROUNDS):
+        interruption.check()
         trials = best[under_way, None] + shares[under_way, None, None] * moves
         costs = errors(trials.reshape(-1, trials.shape[2])).reshape(len(under_way), -1)
         cheapest = costs.argmin(axis=1)

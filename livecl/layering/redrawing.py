@@ -13,6 +13,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import evaluate
 from livecl.geometry.open_fitting import segment_along
@@ -105,7 +106,7 @@ class _Redrawing:
 
     def _tried(self, drawing: Drawing, lines: list[_Line], rows: list[FloatArray]) -> Drawing:
         """Return the drawing with other lines and take them on, if they cost less; else the drawing as it is."""
-        self.context.check()
+        interruption.check()
         changed = _with_lines(drawing, self.layer, lines, rows)
         rise = self.context.visible_mse(changed) - self.context.visible_mse(drawing)
         saved = drawing.num_segments - changed.num_segments

@@ -8,12 +8,13 @@ degrees of coarseness, and are ranked by the squared error that painting them in
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.image.errors import visible_error
 from livecl.layering.neighbors import SAME_COLOR
 
@@ -98,7 +99,7 @@ class TargetPartitions:
         Called before and after each partition; an exception ends the search.
     """
 
-    def __init__(self, target: NDArray[Any], check: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, target: NDArray[Any]) -> None:
         from scipy.ndimage import gaussian_filter
 
         self.target: FloatArray = target.astype(np.float64)
@@ -107,13 +108,13 @@ class TargetPartitions:
         self.segmentations = []
         for blur, levels in PARTITIONS.target_levels:
             smooth = gaussian_filter(self.target, (blur, blur, 0)) if blur else self.target
-            self.segmentations.append(self.measure(np.minimum(np.floor(smooth * levels), levels - 1), check))
+            self.segmentations.append(self.measure(np.minimum(np.floor(smooth * levels), levels - 1)))
 
-    def measure(self, levels: FloatArray, check: Callable[[], None]) -> _Segmentation:
+    def measure(self, levels: FloatArray) -> _Segmentation:
         """Return the regions of equal levels (H, W, C)."""
-        check()
+        interruption.check()
         labels = _connected(levels)
-        check()
+        interruption.check()
         flat, count = labels.ravel(), int(labels.max()) + 1
         area = np.bincount(flat, minlength=count).astype(np.float64)
         sums = np.stack([np.bincount(flat, channel, count) for channel in self._channels], axis=1)
@@ -136,16 +137,13 @@ class RegionFinder:
         Called after each partition; an exception ends the search.
     """
 
-    def __init__(
-        self, partitions: TargetPartitions, image: NDArray[Any], check: Callable[[], None] = lambda: None
-    ) -> None:
-        self._check = check
+    def __init__(self, partitions: TargetPartitions, image: NDArray[Any]) -> None:
         difference = partitions.target - image
         opaque = difference.shape[2] == 3
         self._segmentations = [
             *partitions.segmentations,
             *(
-                partitions.measure(np.round(difference * levels), check)
+                partitions.measure(np.round(difference * levels))
                 for levels in (PARTITIONS.difference_levels if opaque else PARTITIONS.transparent_levels)
             ),
         ]
@@ -158,7 +156,7 @@ class RegionFinder:
         found: list[tuple[float, int, int]] = []
         seen: set[tuple[int, int]] = set()
         for number, segmentation in enumerate(self._segmentations):
-            self._check()
+            interruption.check()
             gain = np.bincount(segmentation.labels.ravel(), error.ravel(), len(segmentation.area)) - segmentation.within
             gain[segmentation.area < PARTITIONS.min_pixels] = 0.0
             found += [(-gain[k], number, int(k)) for k in np.argsort(-gain, kind="stable")[:count] if gain[k] > 0]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl import interruption
 from livecl.layering.contributions import in_window
 
 FloatArray = NDArray[np.floating[Any]]
@@ -59,9 +60,11 @@ class LayerStack:
         self.windows = [window_of(alpha) for alpha in self.alphas]
         self.grounds = [np.array(ground, dtype=np.float32)]
         for alpha, color in zip(self.alphas, self.colors, strict=True):
+            interruption.check()
             self.grounds.append(over(self.grounds[-1], alpha, color))
         transmittances = [np.ones(image.shape[:2], np.float32)]
         for alpha in reversed(self.alphas):
+            interruption.check()
             transmittances.append(transmittances[-1] * (1 - alpha))
         self.transmittances = transmittances[::-1]
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.strokes import Strokes
@@ -53,7 +54,7 @@ def find_strokes(context: Context, background: NDArray[Any] | None, rules: Strok
     all_lines = []
     covered = np.max([np.zeros(size), *(ink.coverage for ink in inks)], axis=0)
     for ink in inks:
-        context.check()
+        interruption.check()
         traces, spots = find_traces(ink.coverage, rules)
         if len(inks) > 1:
             traces = bridged(traces, covered, rules)

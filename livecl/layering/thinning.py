@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
 from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
@@ -49,7 +50,7 @@ def thinned(context: Context, drawing: Drawing, free: NDArray[np.bool_], rules: 
     found, pixels = drawing, 3 * drawing.size[0] * drawing.size[1]
     candidates = np.flatnonzero(free & (drawing.strokes.widths == 0))
     for layer in np.setdiff1d(candidates, drawing.fills.gradient_layers).tolist():
-        context.check()
+        interruption.check()
         stroke = _stroke_of(context, drawing.layer_subset([layer]), rules)
         if stroke is None:
             continue

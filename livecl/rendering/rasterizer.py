@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl import interruption
 from livecl.drawing.drawing import Drawing
 from livecl.opencl.guard import on_device
 from livecl.rendering.batches import BatchRendering
@@ -21,6 +22,10 @@ from livecl.rendering.strokes import Filled, filled
 from livecl.rendering.threads import channels_of
 
 __all__ = ["DeviceImage", "DistanceWeight", "Gradients", "Rasterizer"]
+
+
+#: Most numbers of coverages that are fetched at once: 0.1 s of work, after which a run may be interrupted.
+MOST_COVERAGES = 1 << 23
 
 
 class Rasterizer(BatchRendering):
@@ -97,11 +102,13 @@ class Rasterizer(BatchRendering):
         """
         plain = filled(drawing, pieces, self.tolerance)
         drawing, pieces = plain.drawing, plain.pieces(pieces)
-        together = max(1, self.max_tiles // (self._grid.num_strips * self._grid.num_tiles))  # on the device at a time
+        together = self.max_tiles // (self._grid.num_strips * self._grid.num_tiles)  # on the device at a time
+        together = max(1, min(together, MOST_COVERAGES // (self.size[0] * self.size[1])))
         if drawing.num_layers <= together:
             return self._coverages(drawing, pieces)
         coverages = np.empty((drawing.num_layers, *self.size), self.dtype)
         for first in range(0, drawing.num_layers, together):
+            interruption.check()
             layers = np.arange(first, min(first + together, drawing.num_layers))
             start, end = drawing.segment_offsets[[layers[0], layers[-1] + 1]]
             some = None if pieces is None else np.asarray(pieces)[start:end]

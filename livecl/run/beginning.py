@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.checks import check_whole
 from livecl.drawing.drawing import Drawing
@@ -48,10 +49,8 @@ class Beginning:
             object.__setattr__(self, "options", self.options.choosing_paths())
         check_whole("seed", self.seed, 0)
 
-    def progress(self, image: NDArray[np.float32], check: Callable[[], None] = lambda: None) -> Progress:
+    def progress(self, image: NDArray[np.float32]) -> Progress:
         """Return the progress before the first stage on a picture, (H, W, 3) or (H, W, 4).
-
-        `check` is called while it is found out whether the picture is flat; what it raises ends that.
 
         Raises
         ------
@@ -61,7 +60,7 @@ class Beginning:
         start, options = self.start, self.options
         if start is None:
             drawing = empty_drawing((image.shape[0], image.shape[1]), background_for(options.background, image))
-            options = placed_by(options, image, drawing, sum(self._stages(options)), check)
+            options = placed_by(options, image, drawing, sum(self._stages(options)))
             return Progress.start(drawing, options, self._stages(options), self.seed)
         if options.variant == "released":
             raise ValueError("start: variant 'released' trains the newest paths only, so it starts from nothing")
@@ -87,7 +86,6 @@ def placed_by(
     image: NDArray[np.float32],
     drawing: Drawing,
     count: int,
-    check: Callable[[], None] = lambda: None,
 ) -> Options:
     """Return the options with the placement that suits a picture and a number of paths: structure or regions.
 
@@ -101,9 +99,10 @@ def placed_by(
         from livecl.layering.fills import shading_of
         from livecl.layering.structure import structure_kind  # loads SciPy
 
+        interruption.check()
         target, ground = target_over(image, drawing.background), drawing.background
         asked = 0 if options.path_gain else count
-        kind = structure_kind(target, ground, count, shading_of(options), check, asked)
+        kind = structure_kind(target, ground, count, shading_of(options), asked)
         if kind is not None:
             opacity: Literal["opaque", "train"] = "train" if options.opacity == "train" else "opaque"
             if kind == "cells":  # nothing is left to train, nor to simplify

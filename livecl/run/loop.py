@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 
+from livecl import interruption
 from livecl.errors import LiveclError
 from livecl.run.callbacks import OnStep, step_of, tell_stage_end
 from livecl.run.checkpoint import Checkpoints
@@ -24,7 +25,7 @@ class Loop:
     Parameters
     ----------
     run : Run
-        The run; its `check` tells when to stop.
+        The run; :func:`livecl.interruption.check` tells when to stop.
     on_step : callable, optional
         Called after each iteration; the run stops where it returns true. Its method `on_stage(step, kept)`, if it has
         one, is called at the end of each stage.
@@ -64,7 +65,7 @@ class Loop:
         self._counted = time.perf_counter()
         try:
             while not self.run.finished:  # for n in N, and a refinement before, revisions after
-                self.run.check()
+                interruption.check()
                 self._train_phase()
                 self._save_if_due()
         except Stopped as stop:
@@ -89,7 +90,7 @@ class Loop:
             self.record.iterations += 1
             if self._on_step is not None and self._on_step(step_of(run, loss)):
                 raise Stopped(CALLBACK)
-            run.check()
+            interruption.check()
             self._save_if_due()
         step, revised = step_of(run, loss), run.revising
         with run.all_or_nothing():
@@ -102,8 +103,11 @@ class Loop:
 
         A revision counts for the stage before it, and so does a stage that has done no good yet. Nothing interrupts it.
         """
+        with interruption.interruptible(None):
+            return self._stages()
+
+    def _stages(self) -> list[Stage]:
         run, finished = self.run, self.record.stages
-        run.check = lambda: None
         if finished and (run.finished or not run.progress.placed):
             self._count()
             return self.record.lengthened()

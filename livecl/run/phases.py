@@ -15,6 +15,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.editing import with_few_colors
 from livecl.layering.fills import shaded
 from livecl.layering.merging import can_merge, merge_neighbors
@@ -156,7 +157,7 @@ class Revise(Phase):
             merged = merge_neighbors(run, state.drawing, state.free, self.merging_loss)
             if merged.drawing.num_layers < state.drawing.num_layers:
                 state.replace_layers(merged.drawing, merged.sources)
-        run.check()
+        interruption.check()
         state.keep_layers(np.setdiff1d(np.arange(state.drawing.num_layers), self._replaced(run)))
         missing = run.progress.asked - int(np.sum(state.holds == FREE))
         if missing:

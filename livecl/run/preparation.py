@@ -8,12 +8,16 @@ import threading
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.drawing import Drawing
 from livecl.errors import LiveclError
 from livecl.geometry.outlines import circle
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
 from livecl.training.objective import Objective
+
+#: Seconds after which whoever waits for the compiler looks whether to go on.
+PATIENCE = 0.1
 
 _prepared: set[tuple[object, ...]] = set()
 
@@ -54,9 +58,10 @@ class Preparation:
             self._thread.start()
 
     def wait(self) -> None:
-        """Wait until all is compiled."""
-        if self._thread.ident is not None:
-            self._thread.join()
+        """Wait until all is compiled; what interrupts the run ends the waiting, not the compiler."""
+        while self._thread.is_alive():
+            self._thread.join(PATIENCE)
+            interruption.check()
 
     @staticmethod
     def _run(size: tuple[int, int], options: Options, background: object, device: int | str | None) -> None:

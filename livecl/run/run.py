@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,9 +42,8 @@ class Run(Work):
         image: NDArray[np.floating],
         progress: Progress,
         device: int | str | None = None,
-        check: Callable[[], None] = lambda: None,
     ) -> None:
-        super().__init__(image, progress, device, check)
+        super().__init__(image, progress, device)
         recolors = bool(self.options.colors and not self.options.palette)
         self.plan = plan_of(progress.schedule, self.options.revisions, self.options.strokes, recolors)
         self.num_stages = sum(phase.kind not in ("thin", "revise", "recolor") for phase in self.plan)

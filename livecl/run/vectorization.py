@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +10,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.assembly import empty_drawing
 from livecl.errors import LiveclError
+from livecl.image.background import background_for, target_over
+from livecl.image.errors import mse
+from livecl.interruption import interruptible
+from livecl.opencl.device import choose_device, list_devices
 from livecl.run.beginning import Beginning
 from livecl.run.callbacks import OnStep
 from livecl.run.checkpoint import Checkpoints, identity_of, load_checkpoint
@@ -55,42 +59,64 @@ def vectorize_pixels(
     """
     begin = time.perf_counter()
     control = Control() if control is None else control
-    watch = Watch(control)  # its clock starts
-    try:
-        progress = beginning.progress(image, watch.check)
-    except Stopped:  # before it is known how paths are placed: the run ends at once, with nothing to go on from
-        given = dataclasses.replace(beginning.options, placement="region")
-        progress = dataclasses.replace(beginning, options=given).progress(image)
-        control = dataclasses.replace(control, checkpoint=None, resume=False)
-    if preparation is not None:
-        preparation.wait()
-    run = Run(image, progress, device, watch.check)
-    info = run.rasterizer.device.info
-    identity = identity_of(progress, run.target, beginning.seed, info)
-    record = Record()
-    if control.resume and control.checkpoint is not None and Path(control.checkpoint).exists():
-        run.progress, record = load_checkpoint(control.checkpoint, identity)
-    if not run.finished:
-        run.warm_up()
-    compiled = time.perf_counter()
-    loop = Loop(run, on_step, Checkpoints(control.checkpoint, identity, control.period), record)
+    with interruptible(Watch(control).check):  # the clock starts
+        try:
+            progress = beginning.progress(image)
+            if preparation is not None:
+                preparation.wait()
+        except Stopped as stopped:  # before it is known how paths are placed: there is nothing to go on from
+            if beginning.start is None:
+                return _nothing_of(image, beginning, device, (stopped.reason, begin))
+        run = Run(image, progress, device)
+        info = run.rasterizer.device.info
+        identity = identity_of(progress, run.target, beginning.seed, info)
+        record = Record()
+        if control.resume and control.checkpoint is not None and Path(control.checkpoint).exists():
+            run.progress, record = load_checkpoint(control.checkpoint, identity)
+        if not run.finished:
+            run.warm_up()
+        compiled = time.perf_counter()
+        loop = Loop(run, on_step, Checkpoints(control.checkpoint, identity, control.period), record)
 
-    def result_of(stages: Sequence[Stage], stopped: str | None) -> Result:
-        return Result(
-            drawing=stages[-1].drawing,
-            mse=stages[-1].mse,
-            stages=tuple(stages),
-            seconds=sum(stage.seconds for stage in stages),
-            compile_seconds=compiled - begin,
-            device=str(info),
-            options=beginning.options,
-            stopped=stopped,
-        )
+        def result_of(stages: Sequence[Stage], stopped: str | None) -> Result:
+            return Result(
+                drawing=stages[-1].drawing,
+                mse=stages[-1].mse,
+                stages=tuple(stages),
+                seconds=sum(stage.seconds for stage in stages),
+                compile_seconds=compiled - begin,
+                device=str(info),
+                options=beginning.options,
+                stopped=stopped,
+            )
 
-    try:
-        loop.train()
-        return result_of(loop.stages(), loop.stopped)
-    except (LiveclError, MemoryError) as error:
-        message = str(error) or "out of memory"
-        stages = loop.salvaged_stages()
-        raise RunError(message, result_of(stages, message) if stages else None) from error
+        try:
+            loop.train()
+            return result_of(loop.stages(), loop.stopped)
+        except (LiveclError, MemoryError) as error:
+            message = str(error) or "out of memory"
+            stages = loop.salvaged_stages()
+            raise RunError(message, result_of(stages, message) if stages else None) from error
+
+
+def _nothing_of(
+    image: NDArray[np.float32], beginning: Beginning, device: int | str | None, stop: tuple[str, float]
+) -> Result:
+    """Return the result of a run that was stopped before it began: for a reason, asked for at a time (seconds)."""
+    reason, begin = stop
+    background = background_for(beginning.options.background, image)
+    drawing = empty_drawing((image.shape[0], image.shape[1]), background)
+    target = target_over(image, drawing.background)
+    blank = np.zeros(target.shape, np.float32) if drawing.background is None else drawing.background
+    error = mse(np.broadcast_to(blank, target.shape), target)
+    seconds = time.perf_counter() - begin
+    return Result(
+        drawing=drawing,
+        mse=error,
+        stages=(Stage(drawing, error, 0, 0.0),),
+        seconds=0.0,
+        compile_seconds=seconds,
+        device=str(list_devices()[choose_device(device)]),
+        options=beginning.options,
+        stopped=reason,
+    )

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +29,6 @@ class Work(Context):
         Where to go on; :meth:`Progress.start` for a new run.
     device : int, str or None
         OpenCL device.
-    check : callable
-        Called several times a second in placement and merging, and after each step; raises to interrupt the run.
 
     Attributes
     ----------
@@ -45,14 +43,13 @@ class Work(Context):
         image: NDArray[np.floating],
         progress: Progress,
         device: int | str | None = None,
-        check: Callable[[], None] = lambda: None,
     ) -> None:
         drawing, options = progress.state.drawing, progress.state.options
         if drawing.size != image.shape[:2]:
             raise ValueError(f"image: {image.shape[:2]} pixels, wanted the drawing's {drawing.size}")
         straight = np.asarray(image, dtype=np.float32)
         target = target_over(straight, WHITE if options.background == TRAIN else drawing.background)
-        super().__init__(Rasterizer(drawing.size, device), target, options, check)
+        super().__init__(Rasterizer(drawing.size, device), target, options)
         self.progress = progress
         self.objective = Objective(self.rasterizer, target)
 

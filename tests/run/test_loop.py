@@ -14,6 +14,7 @@ from support.runs import new_run
 from support.shapes import build, rectangle
 
 from livecl import Drawing, Options
+from livecl.interruption import interruptible
 from livecl.run.checkpoint import Checkpoints, load_checkpoint
 from livecl.run.control import Stopped
 from livecl.run.loop import Loop
@@ -45,8 +46,8 @@ def test_a_run_stopped_between_stages_has_those_that_ended(device: int) -> None:
         if run.state.stage == 1 and not run.progress.placed:
             raise Stopped("time limit")
 
-    run.check = check
-    loop.train()
+    with interruptible(check):
+        loop.train()
     assert loop.stopped == "time limit" and len(loop.record.stages) == 1
     (stage,) = loop.stages()
     assert stage.drawing is loop.record.stages[0].drawing and stage.iterations == 3
@@ -84,9 +85,10 @@ def test_a_checkpoint_holds_the_time_until_it_is_written(
 
     run = new_run(METHOD, (1,), device)
     assert run.begin()
-    run.check, run.progress.placed = check, True
+    run.progress.placed = True
     clock = itertools.count(7)
     monkeypatch.setattr("livecl.run.loop.time.perf_counter", lambda: float(next(clock)))
-    Loop(run, checkpoints=Checkpoints(tmp_path / "run.checkpoint", {}, period=0)).train()
+    with interruptible(check):
+        Loop(run, checkpoints=Checkpoints(tmp_path / "run.checkpoint", {}, period=0)).train()
     _, record = load_checkpoint(tmp_path / "run.checkpoint", {})
     assert record.seconds >= 1, "a look at the clock, at the least, after that where training begins"

@@ -12,6 +12,7 @@ from support.runs import SMALL
 
 import livecl
 from livecl import Control, Options, vectorize
+from livecl.interruption import interruptible
 from livecl.options import PRESETS
 from livecl.run.beginning import Beginning
 
@@ -61,7 +62,8 @@ def test_stopped_while_the_shapes_of_a_flat_picture_are_found(device: int, tmp_p
         row, column = 4 + 15 * (number // 4), 4 + 15 * (number % 4)
         image[row : row + 9, column : column + 9] = (0.1, 0.06 * number, 0.5)
     checks: list[None] = []
-    Beginning(paths=16).progress(image.astype(np.float32), lambda: checks.append(None))
+    with interruptible(lambda: checks.append(None)):
+        Beginning(paths=16).progress(image.astype(np.float32))
     assert len(checks) > 16
     image[0, 0] = 0  # another picture, whose shapes are not known yet
     asked: list[None] = []

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
+from livecl import interruption
 from livecl.geometry.crossings import polygon_crossing_area
 from livecl.layering.structure.continuations import Gap, bridges, curves, direction_at_end, tangent
 from livecl.layering.structure.contours import AFTER, BEFORE, COMPLETED, Contour, Outlines
@@ -254,6 +255,7 @@ def _spliced(*pieces: tuple[Contour, IntArray, FloatArray]) -> Contour:
 
 def _simple(contour: Contour) -> bool:
     """Whether an outline does not cross itself."""
+    interruption.check()
     return polygon_crossing_area(contour.points) <= MOST_CROSSED
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
 from livecl.layering.structure.edges import edge_polylines
 from livecl.layering.structure.flat import SAME_COLOR, SAME_OF_NOISE, FlatRegions
 from livecl.layering.structure.prices import signed_area
@@ -183,6 +184,7 @@ class Outlines:
 
     def _traced(self, ids: Iterable[int]) -> list[Contour]:
         ids, regions = list(ids), self.regions
+        interruption.check()
         height, width = regions.labels.shape
         top = max(min(self._boxes[k][0].start for k in ids) - 2, 0)
         left = max(min(self._boxes[k][1].start for k in ids) - 2, 0)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
 from livecl.layering.drift import Changes
 from livecl.layering.ramps import COLOR_NUMBERS, LAYER_NUMBERS, Paint, fit_paint
 from livecl.layering.structure.flat import grid_components
@@ -82,6 +83,7 @@ def cut_cores(image: FloatArray, labels: IntArray, price: float, kinds: tuple[st
     left = [(k, box, CUTS) for k, box in enumerate(boxes, start=1)]
     count = len(boxes)
     while left:
+        interruption.check()
         k, box, cuts = left.pop()
         mask = labels[box] == k
         if not cuts or mask.sum() < 2 * CUT_PIXELS:
@@ -111,6 +113,7 @@ def _explained(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[st
     seen, alphas = premultiplied(colors), np.maximum(colors[:, 3] ** 2, 1e-3)
     weights = alphas
     for _ in range(TRIMS):
+        interruption.check()
         paint = fit_paint(points, colors, weights, price, kinds)
         miss = np.abs(premultiplied(paint.at(points)) - seen).max(axis=1)
         if np.mean(miss > MISSED) <= MISSED_SHARE:
@@ -142,10 +145,12 @@ def absorbed_cores(image: FloatArray, labels: IntArray, price: float, kinds: tup
 
     def paint_of(k: int) -> Paint:
         if k not in paints:
+            interruption.check()
             paints[k] = fitted(image, labels == k, price, kinds)
         return paints[k]
 
     for k in np.argsort(sizes[1:], kind="stable") + 1:
+        interruption.check()
         if not near[k] or not sizes[k]:
             continue
         mask = labels[boxes[k - 1]] == k
@@ -153,7 +158,10 @@ def absorbed_cores(image: FloatArray, labels: IntArray, price: float, kinds: tup
         colors, points = straight(image[boxes[k - 1]][mask]), pixel_centers(mask) + corner
         weights = np.maximum(colors[:, 3] ** 2, 1e-3)
         own = paint_of(k)
-        errors = {n: float(weights @ np.square(paint_of(n).at(points) - colors).sum(axis=1)) for n in sorted(near[k])}
+        errors = {}
+        for n in sorted(near[k]):
+            interruption.check()
+            errors[n] = float(weights @ np.square(paint_of(n).at(points) - colors).sum(axis=1))
         best = min(errors, key=lambda n: errors[n])
         if errors[best] < own.error + price * (own.numbers + LAYER_NUMBERS - COLOR_NUMBERS):
             labels[boxes[k - 1]][mask] = best

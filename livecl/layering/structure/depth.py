@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.layering.structure.completion import SHORTEST_GAP, completed, joined
 from livecl.layering.structure.contours import AFTER, BEFORE, OWN, Contour, Outlines
 from livecl.layering.structure.prices import Prices, outline_price, signed_area
@@ -186,9 +187,7 @@ def screens(outlines: Outlines, ground: set[int]) -> list[Screen]:
     return found
 
 
-def evidence(
-    outlines: Outlines, nodes: list[int], seen_through: list[Screen], prices: Prices, check: Callable[[], None]
-) -> tuple[Pairs, Pairs]:
+def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], prices: Prices) -> tuple[Pairs, Pairs]:
     """Return who lies in front of whom, (front, behind) to a weight, and the saving of including a marking.
 
     A marking shares the silhouette of what it lies on: (region, marking) to the saving of one outline around both.
@@ -205,7 +204,7 @@ def evidence(
     for_one: Pairs = {}
     markings: Pairs = {}
     for k in nodes:
-        check()
+        interruption.check()
         contour, hull = outlines.outer(k), _hull(outlines.outer(k).points)
         price = outline_price(contour.points, prices)
         for o, facing in outlines.neighbors(k).items():
@@ -221,7 +220,7 @@ def evidence(
                 np.clip(saved, 0, 3)
             )
             for_one[k, o] = own
-    for cover, a, b, saved in _relations(outlines, nodes, for_one, prices, check):
+    for cover, a, b, saved in _relations(outlines, nodes, for_one, prices):
         for k in (a, b):
             for_one[k, cover] -= min(prices.relation * saved, prices.most_relation)
     front: Pairs = {}
@@ -242,7 +241,7 @@ def evidence(
 
 
 def _relations(
-    outlines: Outlines, nodes: list[int], touching: Pairs, prices: Prices, check: Callable[[], None]
+    outlines: Outlines, nodes: list[int], touching: Pairs, prices: Prices
 ) -> Iterator[tuple[int, int, int, float]]:
     """Yield (cover, region, region, saving): two regions of one colour whose outlines relate below a third."""
     few = few_alike(outlines, nodes)
@@ -251,7 +250,7 @@ def _relations(
         beside = [k for k in few if (k, cover) in touching]
         for a, b in itertools.combinations(beside, 2):
             if same_color(outlines, a, b):
-                check()
+                interruption.check()
                 first, second = outlines.outer(a), outlines.outer(b)
                 found = joined(first, second, below, outlines.room((a, b), below), outlines, prices)
                 if found is not None:

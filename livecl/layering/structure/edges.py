@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.geometry.polylines import evenly
 
 FloatArray = NDArray[np.float64]
@@ -31,6 +32,7 @@ def edge_polylines(soft: FloatArray, cover: FloatArray) -> list[FloatArray]:
 
     cover = np.pad(cover, EDGE_REACH)
     crossings = find_contours(np.pad(soft, EDGE_REACH), 0.5)
+    interruption.check()
     return [evenly(_on_edges(c[:-1], cover)[:, ::-1] + 0.5 - EDGE_REACH) for c in crossings]
 
 

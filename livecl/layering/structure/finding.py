@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable
 from collections.abc import Set as AbstractSet
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.layering.ramps import Shading
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.flat import FlatRegions, clean_regions, flatness, noisy_regions
@@ -62,7 +62,6 @@ def found_structure(
     background: NDArray[Any] | None,
     most: int,
     shading: Shading | None = None,
-    check: Callable[[], None] = lambda: None,
     asked: int = 0,
 ) -> Structure | None:
     """Return the structure of a picture; None where none explains it in about as many layers as are wanted.
@@ -77,13 +76,11 @@ def found_structure(
         Layers wanted.
     shading : Shading, optional
         Gradients that layers may have; a picture without slopes is flat all the same.
-    check : callable
-        Called several times a second; what it raises ends the search.
     asked : int
         Layers asked for: where a flat picture shows fewer, but half of them, its shapes are cut at their concave
         corners until there are as many, or none can be cut. 0 where the picture decides.
     """
-    return _explaining(*_frozen(target, background), (most, asked), shading, _Check(check))
+    return _explaining(*_frozen(target, background), (most, asked), shading)
 
 
 def structure_of(
@@ -91,21 +88,13 @@ def structure_of(
 ) -> Structure:
     """Return the structure of a picture; that of its flat regions where none explains it. Arguments as above."""
     pixels = _frozen(target, background)
-    check = _Check(lambda: None)
-    return _explaining(*pixels, (most, asked), shading, check) or _flat(*pixels, check)
+    return _explaining(*pixels, (most, asked), shading) or _flat(*pixels)
 
 
 def _frozen(target: NDArray[Any], background: NDArray[Any] | None) -> tuple[bytes, tuple[int, ...], tuple[float, ...]]:
     ground = (0.0,) * target.shape[2] if background is None else tuple(float(v) for v in background)
     pixels = np.ascontiguousarray(target, dtype=np.float32)
     return pixels.tobytes(), pixels.shape, ground
-
-
-@dataclasses.dataclass(frozen=True)
-class _Check:
-    """A callback that no result depends on: to a cache all are one."""
-
-    call: Callable[[], None] = dataclasses.field(compare=False)
 
 
 @functools.lru_cache(maxsize=2)
@@ -115,13 +104,12 @@ def _explaining(
     ground: tuple[float, ...],
     numbers: tuple[int, int],
     shading: Shading | None,
-    check: _Check,
 ) -> Structure | None:
     pixels = np.frombuffer(data, np.float32).reshape(shape)
     mosaic = mosaic_of(pixels)
     if mosaic is not None and mosaic.enlarged and mosaic.num_parts > MOST_PARTS:
         return _judged_mosaic(mosaic, np.array(ground), numbers[0])
-    found = _explained_by_regions(data, shape, ground, numbers, shading, check)
+    found = _explained_by_regions(data, shape, ground, numbers, shading)
     if found is None and mosaic is not None and (mosaic.enlarged or mosaic.repeats):
         return _judged_mosaic(mosaic, np.array(ground), numbers[0])
     return found
@@ -139,14 +127,15 @@ def _explained_by_regions(
     ground: tuple[float, ...],
     numbers: tuple[int, int],
     shading: Shading | None,
-    check: _Check,
 ) -> Structure | None:
     """Return the structure of flat or smoothly shaded regions that explains a picture, if one does."""
     pixels = np.frombuffer(data, np.float32).reshape(shape)
     noisy, smooth, price = _noisy(data, shape), None, 0.0
     if noisy is not None and not _many_explained(noisy):
         noisy = None
+    interruption.check()
     share, slopes, cores = flatness(pixels)
+    interruption.check()
     if shading is not None and slopes > SOME_SLOPES:
         price = shading.price_in(pixels[..., 0].size)
         if smoothness(pixels) >= (CORE_SHARE if noisy is None else CLEAN_SHARE):
@@ -158,20 +147,20 @@ def _explained_by_regions(
     for regions in (smooth, noisy) if cheaper else (noisy, smooth):
         explaining = None
         if isinstance(regions, SmoothRegions):
-            explaining = _judged_smooth(Outlines(regions), np.array(ground), numbers[0], check)
+            explaining = _judged_smooth(Outlines(regions), np.array(ground), numbers[0])
         elif regions is not None:
-            explaining = _judged_flat(data, shape, ground, numbers, check)
+            explaining = _judged_flat(data, shape, ground, numbers)
         if explaining is not None:
             return explaining
     if share < CORE_SHARE or slopes > MOST_SLOPES or cores > _most_regions(shape):
         return None
-    return _judged_flat(data, shape, ground, numbers, check) if _many_explained(_regions(data, shape)) else None
+    return _judged_flat(data, shape, ground, numbers) if _many_explained(_regions(data, shape)) else None
 
 
-def _judged_smooth(outlines: Outlines, ground: FloatArray, most: int, check: _Check) -> Structure | None:
+def _judged_smooth(outlines: Outlines, ground: FloatArray, most: int) -> Structure | None:
     """Return the structure of a shaded picture, where it shows it; of the evidence alone, where only that does."""
     for prices in (PRICES, UNTURNED):
-        found = _of_outlines(outlines, ground, check, prices)
+        found = _of_outlines(outlines, ground, prices)
         if not found.shaded:
             return None
         explaining = _judged(found, most)
@@ -181,43 +170,43 @@ def _judged_smooth(outlines: Outlines, ground: FloatArray, most: int, check: _Ch
 
 
 def _judged_flat(
-    data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], numbers: tuple[int, int], check: _Check
+    data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], numbers: tuple[int, int]
 ) -> Structure | None:
     """Return the structure of a flat picture, where it shows it, for layers at most and layers asked for."""
     most, asked = numbers
-    explanations = (_judged(of(data, shape, ground, check), most) for of in (_with_all_shown, _flat, _unturned))
+    explanations = (_judged(of(data, shape, ground), most) for of in (_with_all_shown, _flat, _unturned))
     found = next((found for found in explanations if found is not None), None)
     if found is None or not len(found.ranked) < asked <= MOST_ASKED * len(found.ranked):
         return found
-    outlines = _parts(data, shape, ground, check)
-    cut = with_more_parts(outlines, asked - len(found.ranked), check.call)
+    outlines = _parts(data, shape, ground)
+    cut = with_more_parts(outlines, asked - len(found.ranked))
     if cut is outlines:
         return found
-    more = _of_outlines(cut, np.array(ground), check)
+    more = _of_outlines(cut, np.array(ground))
     return _judged(more, most) or found if len(more.ranked) <= asked else found  # no cut makes others share a path
 
 
 @functools.lru_cache(maxsize=2)
-def _flat(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check: _Check) -> Structure:
-    found = _of_outlines(_parts(data, shape, ground, check), np.array(ground), check)
+def _flat(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...]) -> Structure:
+    found = _of_outlines(_parts(data, shape, ground), np.array(ground))
     if found.mistaken > SOME_MISTAKEN:  # pixels decide first
-        unturned = _unturned(data, shape, ground, check)
+        unturned = _unturned(data, shape, ground)
         found = unturned if unturned.mistaken <= SOME_MISTAKEN else found
     return found
 
 
 @functools.lru_cache(maxsize=2)
-def _unturned(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check: _Check) -> Structure:
-    return _of_outlines(_parts(data, shape, ground, check), np.array(ground), check, UNTURNED)
+def _unturned(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...]) -> Structure:
+    return _of_outlines(_parts(data, shape, ground), np.array(ground), UNTURNED)
 
 
 @functools.lru_cache(maxsize=2)
-def _with_all_shown(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check: _Check) -> Structure:
+def _with_all_shown(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...]) -> Structure:
     """Return layers of which those that hid what the picture shows are joined with no others."""
-    found, apart = _flat(data, shape, ground, check), set[int]()
+    found, apart = _flat(data, shape, ground), set[int]()
     while hiding := found.mistaken_by(LAYER_MISTAKEN):
         apart.update(*(layer.shown for layer in hiding))
-        again = _of_outlines(_parts(data, shape, ground, check), np.array(ground), check, apart=apart)
+        again = _of_outlines(_parts(data, shape, ground), np.array(ground), apart=apart)
         if again.mistaken >= found.mistaken:
             break
         found = again
@@ -225,8 +214,8 @@ def _with_all_shown(data: bytes, shape: tuple[int, ...], ground: tuple[float, ..
 
 
 @functools.lru_cache(maxsize=2)
-def _parts(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], check: _Check) -> Outlines:
-    return with_parts(_regions(data, shape), np.array(ground), check.call)
+def _parts(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...]) -> Outlines:
+    return with_parts(_regions(data, shape), np.array(ground))
 
 
 @functools.lru_cache(maxsize=2)
@@ -263,16 +252,16 @@ def _judged(found: Structure, most: int) -> Structure | None:
 def _of_outlines(
     outlines: Outlines,
     ground: FloatArray,
-    check: _Check,
     prices: Prices = PRICES,
     apart: AbstractSet[int] = frozenset(),
 ) -> Structure:
     from skimage.draw import polygon2mask
 
     regions = outlines.regions
-    layers, size = find_layers(outlines, ground, check.call, prices, apart), regions.labels.shape
+    layers, size = find_layers(outlines, ground, prices, apart), regions.labels.shape
     masks = np.zeros((len(layers), *size), bool)
     for mask, layer in zip(masks, layers, strict=True):
+        interruption.check()
         for points in layer.outlines:
             mask ^= polygon2mask(size, points[:, ::-1] - 0.5)
     return Structure.of(regions, layers, ground, masks)

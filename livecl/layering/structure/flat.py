@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import connected_components
 
+from livecl import interruption
 from livecl.layering.ramps import LAYER_NUMBERS
 from livecl.layering.structure.noise import noise_level, noisy_cores
 from livecl.layering.structure.small import ALIKE_OF_NOISE, SAME_STEP, without_small
@@ -162,6 +163,7 @@ def _resolved(pixels: FloatArray, labels: IntArray, colors: FloatArray, miss: fl
     """Return the regions of some cores, by labels (H, W) and colours (K + 1, C), and of what these do not explain."""
     sure = len(colors)
     for round_number in range(ROUNDS):
+        interruption.check()
         mixture = explain(pixels, labels, colors)
         if round_number == ROUNDS - 1 or not (mixture.miss > miss).any():
             break
@@ -226,6 +228,7 @@ def explain(image: FloatArray, labels: IntArray, colors: FloatArray | None) -> M
     seen = np.zeros((len(rows), NEAR, image.shape[2]))
     count = np.zeros(len(rows), np.int64)
     for dy, dx in _OFFSETS:
+        interruption.check()
         core = padded[rows + 2 + dy, columns + 2 + dx]
         new = np.flatnonzero((core > 0) & (count < NEAR) & ~(near == core[:, None]).any(axis=1))
         near[new, count[new]], distance[new, count[new]] = core[new], np.hypot(dy, dx)
@@ -236,6 +239,7 @@ def explain(image: FloatArray, labels: IntArray, colors: FloatArray | None) -> M
     share, miss, best = np.ones(len(rows)), np.full(len(rows), np.inf), np.full(len(rows), np.inf)
     for i in range(NEAR):
         for j in range(i, NEAR):
+            interruption.check()
             here = np.flatnonzero((near[:, i] > 0) & (near[:, j] > 0))
             if not len(here):
                 continue

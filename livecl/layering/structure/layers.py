@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
 
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.layering.structure.completion import completed, cut_in_two, filled_out, joined, trapped
 from livecl.layering.structure.contours import Contour, Outlines
 from livecl.layering.structure.depth import (
@@ -80,27 +81,26 @@ class _Join:
 def find_layers(
     outlines: Outlines,
     ground: FloatArray,
-    check: Callable[[], None] = lambda: None,
     prices: Prices = PRICES,
     apart: AbstractSet[int] = frozenset(),
 ) -> list[Layer]:
     """Return the layers of a flat picture over a ground of a colour (C,), the lowest first.
 
-    `check` is called several times a second; what it raises ends the search. Regions of `apart` are joined with none.
+    Regions of `apart` are joined with none.
     """
     regions = outlines.regions
     behind = ground_regions(outlines, ground)
     seen_through = screens(outlines, behind)
     nodes = [k for k in range(outlines.count) if k not in behind]
-    front, markings = evidence(outlines, nodes, seen_through, prices, check)
-    front, order = settled(outlines, front, markings, nodes, seen_through, prices, check)
+    front, markings = evidence(outlines, nodes, seen_through, prices)
+    front, order = settled(outlines, front, markings, nodes, seen_through, prices)
     scene = _Scene(outlines, front, order, prices)
     for k in order:
-        check()
+        interruption.check()
         scene.add(k, {o for (region, o) in markings if region == k and scene.depth[o] > scene.depth[k]})
     for screen in seen_through:
         scene.unite(screen.front, screen.behind)
-    scene.join_all(check, apart)
+    scene.join_all(apart)
     return [Layer(shape, regions.colors[k], frozenset(scene.shapes[k].shown)) for k, shape in scene.whole()]
 
 
@@ -183,7 +183,7 @@ class _Scene:
         against, best = min((self._against(shown, depth), depth) for depth in depths)
         return max(0.0, against - apart), best
 
-    def join_all(self, check: Callable[[], None], apart: AbstractSet[int]) -> None:
+    def join_all(self, apart: AbstractSet[int]) -> None:
         """Join shapes of one colour, again and again the pair that saves most; then each with itself.
 
         Not those of some regions, `apart`.
@@ -198,7 +198,7 @@ class _Scene:
             for a, b in itertools.combinations(keys, 2):
                 if not same_color(self.outlines, a, b):
                     continue
-                check()
+                interruption.check()
                 pair = (*self.shapes[a].contours, *self.shapes[b].contours)
                 if pair not in tried:
                     tried[pair] = self._best_join(a, b)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
 from livecl.layering.structure.flat import SAME_COLOR, FlatRegions
 from livecl.layering.structure.layers import Layer
 from livecl.layering.structure.prices import signed_area
@@ -108,6 +109,7 @@ class Mosaic:
         )
         layers, masks, corners = [], np.zeros((len(order), *self._size), bool), 0
         for number, k in enumerate(order):
+            interruption.check()
             mask = simplest(ranks == number, ranks > number)
             corners += corner_count(mask)
             if corners > MOST_CORNERS:

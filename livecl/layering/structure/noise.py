@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -37,6 +39,8 @@ WINDOW, SHADE, MOST_SHADED = 7, 3.5 / 255, 0.13
 BESIDE = 4
 #: The most that it counts as: beyond are colours of small shapes.
 MOST_RINGING = 6 / 255
+#: Cost from which on all colours of a pixel are as wrong: six deviations away.
+MOST_COST = 18.0
 #: What a pixel of a core may miss its colour by: a constant, and for each unit of noise.
 MISS, MISS_OF_NOISE = 10 / 255, 3.0
 
@@ -46,6 +50,7 @@ def noise_level(image: FloatArray) -> float:
     if min(image.shape[:2]) < 5:
         return 0.0
     quiet = _range(image) <= QUIET
+    interruption.check()
     beside = quiet & ndimage.binary_dilation(~quiet, np.ones((3, 3)), iterations=BESIDE)
     response = np.stack([ndimage.convolve(channel, _MASK, mode="nearest") for channel in np.moveaxis(image, -1, 0)])
     some = quiet & (np.abs(response).max(axis=0) > SOME)
@@ -66,6 +71,7 @@ def noisy_cores(image: FloatArray, noise: float) -> tuple[IntArray, FloatArray, 
         return None
     nearest = _relaxed(image, palette, noise)
     level, ringing = noise, _ringing(image, palette[nearest], nearest)
+    interruption.check()
     if ringing > noise:
         noise = ringing
         palette = _told_apart(palette, RADIUS + RADIUS_OF_NOISE * noise)
@@ -75,6 +81,7 @@ def noisy_cores(image: FloatArray, noise: float) -> tuple[IntArray, FloatArray, 
     labels = np.zeros(image.shape[:2], np.int64)
     colors = [np.zeros(image.shape[2])]
     for k, color in enumerate(palette):
+        interruption.check()
         alike = (nearest == k) & (np.abs(image - color).max(axis=-1) <= MISS + MISS_OF_NOISE * noise)
         inside = ndimage.binary_opening(np.pad(alike, 1, mode="edge"), np.ones((3, 3)))[1:-1, 1:-1]
         parts, count = ndimage.label(inside)
@@ -87,6 +94,7 @@ def _shaded(left: FloatArray, nearest: IntArray, quiet: NDArray[np.bool_]) -> bo
     """Whether the residual of one colour a pixel is no noise: its mean over neighbours of that colour is large."""
     sums, counts = np.zeros_like(left), np.ones(nearest.shape)
     for k in np.unique(nearest):
+        interruption.check()
         inside = (nearest == k).astype(np.float64)
         window = (WINDOW, WINDOW, 1)
         sums += inside[..., None] * ndimage.uniform_filter(left * inside[..., None], window)
@@ -117,6 +125,7 @@ def _palette(image: FloatArray, noise: float) -> FloatArray | None:
     radius, least = RADIUS + RADIUS_OF_NOISE * noise, LEAST_COLOR * image.shape[0] * image.shape[1]
     colors: list[FloatArray] = []
     while len(means) >= least:
+        interruption.check()
         bins, first, counts = np.unique(
             np.floor(means / BIN + 0.5).astype(np.int64), axis=0, return_index=True, return_counts=True
         )
@@ -147,12 +156,18 @@ def _told_apart(palette: FloatArray, radius: float) -> FloatArray:
 def _relaxed(image: FloatArray, palette: FloatArray, noise: float) -> IntArray:
     """Return the colour of each pixel: the nearest, unless its neighbours have another."""
     spread = SPREAD + SPREAD_OF_NOISE * noise
-    cost = np.stack([np.square((image - color) / spread).sum(axis=-1) / 2 for color in palette])
-    cost = np.minimum(cost, 18.0)  # beyond six deviations all are as wrong
+    cost = np.empty((len(palette), *image.shape[:2]))
+    for k, color in enumerate(palette):
+        interruption.check()
+        cost[k] = np.minimum(np.square((image - color) / spread).sum(axis=-1) / 2, MOST_COST)
     nearest = cost.argmin(axis=0)
     for _ in range(ROUNDS):
-        alike = np.stack([ndimage.uniform_filter((nearest == k).astype(np.float64), 3) for k in range(len(palette))])
-        changed = (cost - 9 * NEIGHBOR * alike).argmin(axis=0)
+        lower = cost.copy()
+        interruption.check()
+        for k in range(len(palette)):
+            interruption.check()
+            lower[k] -= 9 * NEIGHBOR * ndimage.uniform_filter((nearest == k).astype(np.float64), 3)
+        changed = lower.argmin(axis=0)
         if np.array_equal(changed, nearest):
             break
         nearest = changed

@@ -7,11 +7,10 @@ covers alone: where two regions would be cheaper the other way round, each below
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.layering.structure.completion import completed
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.depth import Pairs, Screen
@@ -28,7 +27,6 @@ def settled(
     nodes: list[int],
     seen_through: list[Screen],
     prices: Prices,
-    check: Callable[[], None],
 ) -> tuple[Pairs, list[int]]:
     """Return the evidence, with the pairs turned round that are cheaper so, and the regions, the lowest first.
 
@@ -44,7 +42,7 @@ def settled(
         found = []
         for (a, b), weight in front.items():
             if weight < prices.decided and frozenset((a, b)) not in turned and depth[a] > depth[b]:
-                check()
+                interruption.check()
                 saved = costs.saved(a, b, depth)
                 if saved > prices.turn:
                     found.append((saved, a, b))

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from livecl import interruption
 from livecl.geometry.corners import find_corners, noise_of
 from livecl.layering.structure.completion import completed
 from livecl.layering.structure.continuations import direction_at_end, line, smooth
@@ -57,9 +58,7 @@ class _Cut:
     saved: float
 
 
-def with_parts(
-    regions: FlatRegions, ground: FloatArray, check: Callable[[], None] = lambda: None, prices: Prices = PRICES
-) -> Outlines:
+def with_parts(regions: FlatRegions, ground: FloatArray, prices: Prices = PRICES) -> Outlines:
     """Cut regions of one colour into the parts that a person would see, over a ground of a colour (C,).
 
     Returns the outlines of the regions, those cut with a number more.
@@ -69,7 +68,7 @@ def with_parts(
     outlines.ground = behind
     looked_at = set(range(outlines.count))
     for _ in range(ROUNDS):
-        found = _cuts(sorted(looked_at - behind), outlines, check, prices)
+        found = _cuts(sorted(looked_at - behind), outlines, prices)
         if not found:
             break
         looked_at = set()
@@ -80,9 +79,7 @@ def with_parts(
     return outlines
 
 
-def with_more_parts(
-    outlines: Outlines, number: int, check: Callable[[], None] = lambda: None, prices: Prices = ASKED
-) -> Outlines:
+def with_more_parts(outlines: Outlines, number: int, prices: Prices = ASKED) -> Outlines:
     """Cut regions into more parts, which are asked for: again and again the one whose cut saves most, some at most.
 
     Returns the same outlines where nothing can be cut.
@@ -90,7 +87,7 @@ def with_more_parts(
     looked_at = [k for k in range(outlines.count) if k not in (outlines.ground or ())]
     found: dict[int, _Cut] = {}
     for _ in range(number):
-        found |= _cuts(looked_at, outlines, check, prices)
+        found |= _cuts(looked_at, outlines, prices)
         best = max(found, key=lambda k: found[k].saved, default=None)
         if best is None:
             break
@@ -99,13 +96,13 @@ def with_more_parts(
     return outlines
 
 
-def _cuts(numbers: Iterable[int], outlines: Outlines, check: Callable[[], None], prices: Prices) -> dict[int, _Cut]:
+def _cuts(numbers: Iterable[int], outlines: Outlines, prices: Prices) -> dict[int, _Cut]:
     """Return the cuts of regions of some numbers that save anything."""
     inside = outlines.marks(k for k in range(outlines.count) if k not in (outlines.ground or ()))
     noise = noise_of([contour.points for k in range(outlines.count) for contour in outlines.of((k,))])
     found = {}
     for k in numbers:
-        check()
+        interruption.check()
         cut = _best_cut(k, outlines, inside, noise, prices)
         if cut is not None:
             found[k] = cut

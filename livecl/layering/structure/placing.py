@@ -8,13 +8,13 @@ can go on from any state.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.geometry.bezier import bernstein
@@ -104,14 +104,13 @@ def structure_kind(
     background: NDArray[Any] | None,
     count: int,
     shading: Shading | None,
-    check: Callable[[], None] = lambda: None,
     asked: int = 0,
 ) -> Literal["shapes", "cells"] | None:
     """Return whether shapes of one fill each explain a picture (H, W, C), or cells of pixel art; None if neither.
 
     `count` layers show about all of them. Arguments as of :func:`livecl.layering.structure.finding.found_structure`.
     """
-    found = found_structure(target, background, count, shading, check, asked)
+    found = found_structure(target, background, count, shading, asked)
     if found is None:
         return None
     return "cells" if found.exact else "shapes"
@@ -123,7 +122,6 @@ def place_structure(
     count: int,
     total: int,
     shading: Shading | None = None,
-    check: Callable[[], None] = lambda: None,
     asked: int = 0,
 ) -> NextLayers | None:
     """Return the next layers of a picture of flat or shaded regions, or None where they are all there.
@@ -140,8 +138,6 @@ def place_structure(
         Layers of the whole run, at most.
     shading : Shading, optional
         Gradients that layers may have.
-    check : callable
-        Called between outlines; what it raises ends the placement.
     asked : int
         Layers asked for, see :func:`livecl.layering.structure.finding.found_structure`; 0 where the picture decides.
     """
@@ -153,7 +149,7 @@ def place_structure(
     noise = outline_noise(found)
     outlines = []
     for k in new:
-        check()
+        interruption.check()
         outlines.append(fitted_layer(found.layers[k], *noise))
     order = np.argsort(np.concatenate([np.sort(placed), new]), kind="stable")
     missing = ndimage.binary_dilation(np.isin(found.top, found.ranked[last:] + 1), np.ones((5, 5)))

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
 from livecl.drawing.fills import SOLID
 from livecl.layering.drift import Changes
 from livecl.layering.ramps import COLOR_NUMBERS, Paint
@@ -94,6 +95,7 @@ class SmoothRegions(FlatRegions):
     def paint(self, ids: frozenset[int]) -> Paint:
         """Return the fill that some regions have together."""
         if ids not in self._paints:
+            interruption.check()
             own = self.pixels_of(ids)
             kinds = self.kinds if self._changes.drift(own) else ()
             self._paints[ids] = fitted(self.image, own, self.price, kinds)
@@ -175,6 +177,7 @@ def smooth_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, 
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
     labels = cut_cores(pixels, smooth_cores(pixels), price, kinds)
     for round_number in range(ROUNDS):
+        interruption.check()
         mixture = explain(pixels, labels, None)
         if round_number == ROUNDS - 1 or not (mixture.miss > MIXTURE_MISS).any():
             break
@@ -187,6 +190,7 @@ def smooth_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, 
     found = SmoothRegions(**vars(flat), image=pixels, price=price, kinds=kinds, inner=inner)
     miss = np.where(inner, 0.0, flat.miss)
     for k in range(len(flat.sizes)):
+        interruption.check()
         own = found.pixels_of(frozenset((k,)))
         miss[own] = np.abs(found.shown(frozenset((k,)), own) - pixels[own]).max(axis=1)
     whole = dataclasses.replace(found, miss=miss)

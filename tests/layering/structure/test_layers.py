@@ -136,14 +136,14 @@ def test_a_region_lies_below_two_others_where_it_is_whole_below_both() -> None:
     saved = completed(outlines.outer(red), alone, outlines.room([red], alone), outlines, PRICES)[1]
     assert saved == pytest.approx(outline_price(outlines.outer(red).points), abs=0.3)  # one cover does not tell
     front = {(red, blue): 0.2, (green, red): 1.5}
-    found, order = settled(outlines, front, {}, [red, blue, green], [], PRICES, lambda: None)
+    found, order = settled(outlines, front, {}, [red, blue, green], [], PRICES)
     assert order[0] == red and (blue, red) in found
 
 
 def test_regions_do_not_change_places_against_clear_evidence() -> None:
     outlines, red, blue, green = _disc_below_two_boxes()
     front = {(red, blue): 2.5, (green, red): 1.5}
-    found, order = settled(outlines, front, {}, [red, blue, green], [], PRICES, lambda: None)
+    found, order = settled(outlines, front, {}, [red, blue, green], [], PRICES)
     assert order.index(red) > order.index(blue) and found == front
 
 
