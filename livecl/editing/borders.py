@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
 from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
@@ -62,7 +63,7 @@ def bordered(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> tup
     sources = np.arange(drawing.num_layers)
     layer = drawing.num_layers - 2
     while layer >= 0:
-        context.check()
+        interruption.check()
         change = _with_strokes(context, drawing, layer, free[sources])
         if change is not None:
             drawing, kept = change

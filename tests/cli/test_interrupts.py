@@ -125,7 +125,10 @@ def test_the_time_limit_of_a_batch_is_that_of_each_picture(folder: Path, monkeyp
             yield task.number, make(task.data, task.name, work)
 
     monkeypatch.setattr("livecl.batch.batch.work_locally", work_here)
-    files, recipe = make_pictures(folder / "pictures", 2), Recipe(options=Options(iterations=1_000_000))
+    files, recipe = (
+        make_pictures(folder / "pictures", 2),
+        Recipe(options=Options(iterations=1_000_000, placement="region")),
+    )
 
     def made(limit: float) -> list[tuple[str, str]]:
         outcomes = vectorize_files(files, "svgs", recipe=recipe, time_limit=limit)
