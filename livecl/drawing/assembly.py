@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
 from livecl.drawing.fills import MAX_COORDINATE, concatenate_fills
@@ -12,6 +15,8 @@ from livecl.drawing.strokes import concatenate_strokes
 from livecl.errors import check_type
 
 __all__ = ["concatenate", "empty_drawing", "stretched"]
+
+FloatArray = NDArray[np.float64]
 
 
 def concatenate(below: Drawing, above: Drawing) -> Drawing:
@@ -46,6 +51,22 @@ def concatenate(below: Drawing, above: Drawing) -> Drawing:
         groups=below.groups + above.groups,
         fills=concatenate_fills([below.fills, above.fills]),
         strokes=concatenate_strokes([below.strokes, above.strokes]),
+    )
+
+
+def outlines_of(drawing: Drawing) -> list[list[FloatArray]]:
+    """Return the subpaths (m, 3, 2) of each layer's outline, px."""
+    return [[drawing.points[rows] for rows in drawing.subpaths(layer)] for layer in range(drawing.num_layers)]
+
+
+def with_outlines(drawing: Drawing, outlines: Sequence[Sequence[FloatArray]], **fields: Any) -> Drawing:
+    """Return a drawing whose layers have other outlines, the subpaths (m, 3, 2) of each, and other `fields`."""
+    subpaths = [subpath for outline in outlines for subpath in outline]
+    return drawing.replace(
+        points=np.concatenate(subpaths),
+        subpath_offsets=np.cumsum([0, *map(len, subpaths)]),
+        layer_offsets=np.cumsum([0, *map(len, outlines)]),
+        **fields,
     )
 
 

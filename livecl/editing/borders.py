@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
@@ -162,7 +162,8 @@ def _center_lines(
     drawing: Drawing, ring: int, fills: list[int], widths: dict[int, float]
 ) -> Iterator[dict[int, Outline]]:
     """Yield outlines in the middle of a ring around layers: out of theirs, out of the ring's own, and between both."""
-    inner = {layer: [drawing.points[rows] for rows in drawing.subpaths(layer)] for layer in fills}
+    every = outlines_of(drawing)
+    inner = {layer: every[layer] for layer in fills}
     for blunt in BLUNT:
         found = {layer: _offset(inner[layer], widths[layer] / 2, blunt * widths[layer]) for layer in fills}
         if all(outline is not None for outline in found.values()):
@@ -213,14 +214,14 @@ def _stroked(
     kept = np.array(order, dtype=np.intp)
     is_stroke = np.append(False, kept[1:] == kept[:-1])
     old = drawing.strokes
-    shapes = [outlines.get(layer, [drawing.points[rows] for rows in drawing.subpaths(layer)]) for layer in order]
+    every = outlines_of(drawing)
+    shapes = [outlines.get(layer, every[layer]) for layer in order]
     is_open = [old.is_open[slice(*drawing.layer_offsets[layer : layer + 2])] for layer in order]
     is_open = [
         np.zeros(len(shape), bool) if layer in outlines else own
         for layer, own, shape in zip(order, is_open, shapes, strict=True)
     ]
     filled = drawing.layer_subset(kept)
-    subpaths: list[Any] = [part for shape in shapes for part in shape]
     colors = np.where(is_stroke[:, None], drawing.colors[ring], filled.colors)
     pens = Strokes(
         widths=np.where(is_stroke, [widths.get(layer, 0.0) for layer in order], old.widths[kept]),
@@ -230,13 +231,8 @@ def _stroked(
         is_open=np.concatenate(is_open),
     )
     return (
-        filled.replace(
-            points=np.concatenate(subpaths),
-            colors=colors,
-            subpath_offsets=np.cumsum([0, *map(len, subpaths)]),
-            layer_offsets=np.cumsum([0, *map(len, shapes)]),
-            strokes=pens,
-            fills=drawing.fills.subset(np.where(is_stroke, ring, kept)),
+        with_outlines(
+            filled, shapes, colors=colors, strokes=pens, fills=drawing.fills.subset(np.where(is_stroke, ring, kept))
         ),
         kept,
     )

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.assembly import outlines_of
 from livecl.drawing.checks import check_number
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.strokes import Strokes
@@ -62,7 +63,7 @@ def cut_out(drawing: Drawing, trap: float = DEFAULT_TRAP) -> Drawing:
     import pathops
 
     opaque, labels = drawing.colors[:, 3] >= 1, drawing.labels
-    outlines = [[drawing.points[rows] for rows in drawing.subpaths(layer)] for layer in range(drawing.num_layers)]
+    outlines = outlines_of(drawing)
     strokes, widths = drawing.strokes, drawing.strokes.widths.copy()
     is_open = list(np.split(strokes.is_open, drawing.layer_offsets[1:-1]))
     above, kept = pathops.Path(), []

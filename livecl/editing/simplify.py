@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
 from livecl.editing.constraints import SHORT, Joins
@@ -75,16 +76,16 @@ def editable(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Dra
     drawing = _without_crossings(context, drawing, movable, paints)
     editor = _Editor(context, drawing, LEFT, paints)
     outlines: list[Outline] = []
-    for layer, outline in enumerate(_outlines(drawing)):
+    for layer, outline in enumerate(outlines_of(drawing)):
         interruption.check()
         if movable[layer]:
             outline = editor.best(layer, outline)
         outlines.append(outline)
         editor.advance(layer)
-    edited = _with_outlines(drawing, outlines)
+    edited = with_outlines(drawing, outlines)
     edited = polished(context, edited, movable)
     edited = _without_crossings(context, _verified(context, drawing, edited, paints), movable, paints)
-    pairs = zip(_outlines(drawing), _outlines(edited), editor.number_errors, strict=True)
+    pairs = zip(outlines_of(drawing), outlines_of(edited), editor.number_errors, strict=True)
     saved = sum((price_of(before) - price_of(after)) * error for before, after, error in pairs)
     rise = (context.visible_mse(edited) - context.visible_mse(drawing)) * 3 * drawing.size[0] * drawing.size[1]
     return edited if rise <= max(saved, 0) else drawing
@@ -95,7 +96,7 @@ def _without_crossings(context: Context, drawing: Drawing, free: NDArray[np.bool
 
     The parts show the same; those that cost more than they show are left out, as loops within the others are.
     """
-    outlines = _outlines(drawing)
+    outlines = outlines_of(drawing)
     subpaths = [_closed(subpath) for outline in outlines for subpath in outline]
     crossings = find_crossings(subpaths) if context.options.untangle else []
     numbers = np.repeat(np.arange(len(outlines)), np.diff(drawing.layer_offsets))
@@ -113,7 +114,7 @@ def _without_crossings(context: Context, drawing: Drawing, free: NDArray[np.bool
                 found = editor.cheapest(layer, [found, fewer] if fewer else [found])
             outlines[layer] = found
         editor.advance(layer)
-    return _with_outlines(drawing, outlines)
+    return with_outlines(drawing, outlines)
 
 
 def _closed(subpath: FloatArray) -> FloatArray:
@@ -125,30 +126,16 @@ def _verified(context: Context, drawing: Drawing, edited: Drawing, paints: _Pain
     """Return an edited drawing after training, its layers as they were, or these tidied, where they cost more."""
     editor = _Editor(context, edited, 1.0, paints)
     outlines = []
-    for layer, pair in enumerate(zip(_outlines(edited), _outlines(drawing), strict=True)):
+    for layer, pair in enumerate(zip(outlines_of(edited), outlines_of(drawing), strict=True)):
         interruption.check()
         tidy = [tidied(subpath, FITS[-1].tolerance) for subpath in pair[1]] if context.options.simplify else pair[1]
         outlines.append(pair[1] if _same(*pair) else editor.cheapest(layer, [*pair, tidy]))
         editor.advance(layer)
-    return _with_outlines(edited, outlines)
-
-
-def _with_outlines(drawing: Drawing, outlines: list[Outline]) -> Drawing:
-    """Return a drawing of other outlines."""
-    subpaths = [subpath for outline in outlines for subpath in outline]
-    return drawing.replace(
-        points=np.concatenate(subpaths),
-        subpath_offsets=np.cumsum([0, *map(len, subpaths)]),
-        layer_offsets=np.cumsum([0, *map(len, outlines)]),
-    )
+    return with_outlines(edited, outlines)
 
 
 def _same(a: Outline, b: Outline) -> bool:
     return all(np.array_equal(one, other) for one, other in zip(a, b, strict=True))
-
-
-def _outlines(drawing: Drawing) -> list[Outline]:
-    return [[drawing.points[rows] for rows in drawing.subpaths(layer)] for layer in range(drawing.num_layers)]
 
 
 class _Paints:

@@ -30,23 +30,11 @@ class Completion:
 
 
 def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Completion:
-    """Complete a region: join it with other parts of its colour behind hidden pixels.
+    """Complete a region (H, W): join it with other parts of its colour behind hidden pixels.
 
-    Parameters
-    ----------
-    region : (H, W) bool
-        One visible part of an occluded region.
-    alike : (H, W) bool
-        All pixels of its colour, the region's among them.
-    hidden : (H, W) bool
-        Pixels that are painted over whatever lies there.
-
-    Returns
-    -------
-    Completion
-        Of the pixels that are alike or hidden those that hang together with the region, within the convex hull of the
-        parts joined. None if there is no other part to join, or if more than
-        `MAX_HIDDEN` would be hidden.
+    `alike` (H, W) are all pixels of its colour, `hidden` (H, W) those painted over whatever lies there. The result is
+    of the pixels that are alike or hidden those that hang together with the region, within the convex hull of the parts
+    joined; None if there is no other part to join, or if more than `MAX_HIDDEN` would be hidden.
     """
     start = tuple(np.argwhere(region)[0])
     whole = connected(alike | hidden, start)

@@ -28,14 +28,8 @@ FAR, FAR_MORE = 4.0, 24.0
 def bridged(traces: list[Trace], covered: FloatArray, rules: StrokeRules = RULES) -> list[Trace]:
     """Return traces of one ink, joined where their ends face each other beneath other inks.
 
-    Parameters
-    ----------
-    traces : list of Trace
-        Of one ink.
-    covered : (H, W) float64
-        Share of each pixel that inks cover.
-    rules : StrokeRules
-        `same_width` is that of lines that may be one.
+    Inks cover a share `covered` (H, W) of each pixel; lines that may be one differ by `same_width` of the rules at
+    most.
     """
     traces = list(traces)
     while True:

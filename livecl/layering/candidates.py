@@ -44,31 +44,18 @@ class Search:
 
     What regions, depths and holes bring is in docs/quality.md, "Choices of the default method", measured with these
     values; where no source is named, no comparison of other values is recorded.
-
-    Attributes
-    ----------
-    regions : int
-        Regions tried as they are for each new path.
-    outlined : int
-        Regions tried with an outline once one of them has lowered the error; until then all are.
-    holes : int
-        Largest holes of a region that are tried.
-    roughness : float
-        Safety factor on the subsampled gain estimate of a region.
-    worth_training : float
-        New layers must remove this share of what `Options.prune` asks of a trained one: training makes more of them,
-        most where edges are soft. With 0.2 instead of 1, soft pictures on white end at .055 instead of .093 (mean error
-        x 1000), 40 faces at .470 instead of .475 (docs/notes/quality.md).
-    gain_per_segment : float
-        Share of the error removed that each segment beyond `Options.segments` must add, or `SEGMENT_ERROR` if that is
-        less.
     """
 
-    regions: int = 12
-    outlined: int = 3
-    holes: int = 8
-    roughness: float = 1.05
+    regions: int = 12  # regions tried as they are for each new path
+    outlined: int = 3  # regions tried with an outline once one of them has lowered the error; until then all are
+    holes: int = 8  # largest holes of a region that are tried
+    roughness: float = 1.05  # safety factor on the subsampled gain estimate of a region
+    #: New layers must remove this share of what `Options.prune` asks of a trained one: training makes more of them,
+    #: most where edges are soft. With 0.2 instead of 1, soft pictures on white end at .055 instead of .093 (mean error
+    #: x 1000), 40 faces at .470 instead of .475 (docs/notes/quality.md).
     worth_training: float = 0.2
+    #: Share of the error removed that each segment beyond `Options.segments` must add, or `SEGMENT_ERROR` if that is
+    #: less.
     gain_per_segment: float = 0.001
 
 

@@ -22,21 +22,11 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(eq=False)
 class Context:
-    """Surroundings of a decision about layers.
+    """Surroundings of a decision about layers."""
 
-    Attributes
-    ----------
-    rasterizer : Rasterizer
-        One of the canvas's size.
-    target : (H, W, 3) array, or (H, W, 4) premultiplied where drawings have no background
-        The picture wanted.
-    options : Options
-        Parameters of the method.
-    """
-
-    rasterizer: Rasterizer
-    target: NDArray[Any]
-    options: Options
+    rasterizer: Rasterizer  # one of the canvas's size
+    target: NDArray[Any]  # (H, W, 3), or (H, W, 4) premultiplied where drawings have no background: the picture wanted
+    options: Options  # parameters of the method
 
     @functools.cached_property
     def partitions(self) -> TargetPartitions:

@@ -25,22 +25,12 @@ FLAT_SHARE, DRIFT_SHARE = 0.1, 0.5
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Changes:
-    """Changes of colour from pixel to pixel.
+    """Changes of colour from pixel to pixel."""
 
-    Attributes
-    ----------
-    flat : (H, W) bool
-        Pixels around which 3 x 3 are of one colour.
-    smooth : (H, W) bool
-        Pixels whose second differences of colour are as small as rounding makes them.
-    right, down : (H, W - 1), (H - 1, W) float
-        Largest change of a channel to the next pixel.
-    """
-
-    flat: BoolArray
-    smooth: BoolArray
-    right: FloatArray
-    down: FloatArray
+    flat: BoolArray  # (H, W), pixels around which 3 x 3 are of one colour
+    smooth: BoolArray  # (H, W), pixels whose second differences of colour are as small as rounding makes them
+    right: FloatArray  # (H, W - 1), largest change of a channel to the next pixel
+    down: FloatArray  # (H - 1, W), the same
 
     @classmethod
     def of(cls, image: FloatArray) -> Changes:

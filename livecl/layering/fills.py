@@ -43,19 +43,10 @@ def shading_of(options: Options) -> Shading | None:
 
 
 def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
-    """Return the drawing with the fills that are worth most to its layers, as the options allow.
+    """Return the drawing with the fills that are worth most to its `free` (N,) layers, as the options allow.
 
     What a layer should be at a pixel is what it is and the rest of the error, over its share of the pixel's colour;
     looked at are pixels that are nearly its own. A layer over nothing may change its opacity, too.
-
-    Parameters
-    ----------
-    context : Context
-        The picture wanted; kinds and price among the options.
-    drawing : Drawing
-        Any drawing.
-    free : (N,) bool
-        Layers that may change.
     """
     shading = shading_of(context.options)
     if shading is None or not free.any():

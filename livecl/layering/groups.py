@@ -30,17 +30,8 @@ MOST, GROUPING_SIDE = 600, 192
 def grouped(drawing: Drawing, coverages: NDArray[Any]) -> Drawing:
     """Return a drawing in groups by what lies inside what, its layers in an order that paints the same picture.
 
-    Parameters
-    ----------
-    drawing : Drawing
-        Any drawing; one that has groups, or very many layers, stays as it is.
-    coverages : (N, H, W) array
-        Coverage of each layer, also on a smaller canvas.
-
-    Returns
-    -------
-    Drawing
-        Each group is called after its lowest layer: ``orange circle left group``.
+    `coverages` (N, H, W) may be those on a smaller canvas. A group is called after its lowest layer: ``orange circle
+    left group``. A drawing that has groups, or very many layers, stays as it is.
     """
     if any(drawing.groups) or not 1 < drawing.num_layers <= MOST:
         return drawing
@@ -73,12 +64,7 @@ def grouped(drawing: Drawing, coverages: NDArray[Any]) -> Drawing:
 def containment(coverages: NDArray[Any], can_hold: NDArray[np.bool_]) -> tuple[list[int], list[int]]:
     """Return the layer that each of N layers lies inside, -1 for none, and the paint order of the groups.
 
-    Parameters
-    ----------
-    coverages : (N, H, W) array
-        Coverage of each layer, bottom first.
-    can_hold : (N,) bool
-        Layers that others may lie inside.
+    From coverages (N, H, W), bottom first; only layers that `can_hold` (N,) have others inside.
     """
     flat = np.asarray(coverages).reshape(len(coverages), -1)
     covered = (flat >= COVERED).astype(np.float32)

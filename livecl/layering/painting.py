@@ -30,26 +30,14 @@ class Trying:
 
     Depths halve the error of faces (docs/quality.md, "Choices of the default method"), measured with these values; no
     comparison of other values is recorded.
-
-    Attributes
-    ----------
-    max_depths : int
-        Depths tried beside the top: below the layers that the new one overlaps most.
-    min_overlap : float
-        Overlap, px^2, from which on the depth below a layer is tried.
-    min_advantage : float
-        Share by which a lower depth must be better than the top.
-    sparse : float
-        Share of its window up to which a layer is looked at pixel by pixel; this changes the time only.
-    large : int
-        Pixels from which on a layer may be tried roughly.
     """
 
-    max_depths: int = 8
-    min_overlap: float = 1.0
-    min_advantage: float = 0.01
+    max_depths: int = 8  # depths tried beside the top: below the layers that the new one overlaps most
+    min_overlap: float = 1.0  # overlap, px^2, from which on the depth below a layer is tried
+    min_advantage: float = 0.01  # share by which a lower depth must be better than the top
+    #: Share of its window up to which a layer is looked at pixel by pixel; this changes the time only.
     sparse: float = 0.3
-    large: int = 500
+    large: int = 500  # pixels from which on a layer may be tried roughly
 
 
 @dataclasses.dataclass(frozen=True)
@@ -64,18 +52,9 @@ class Trial:
 
 
 class Painting:
-    """Trials of new layers in a stack, against a target.
+    """Trials of new layers in a stack, against a target (H, W, C), RGB or premultiplied RGBA.
 
-    Parameters
-    ----------
-    target : (H, W, C) array
-        RGB, or premultiplied RGBA.
-    stack : LayerStack
-        The layers so far.
-    follow : bool
-        Whether the opacities of translucent layers follow new layers, see :mod:`livecl.layering.opacities`.
-    trying : Trying
-        Effort of each trial.
+    Where they `follow`, the opacities of translucent layers follow new layers (:mod:`livecl.layering.opacities`).
     """
 
     def __init__(
@@ -94,18 +73,10 @@ class Painting:
     def try_layers(
         self, alphas: Sequence[NDArray[Any]], color: FloatArray, within_window: Window = WHOLE, roughly: bool = False
     ) -> list[Trial]:
-        """Return new layers of one paint, each at the depth where it removes most error.
+        """Return new layers of one colour (C,), each tried by itself, at the depth where it removes most error.
 
-        Parameters
-        ----------
-        alphas : sequence of (h, w) array
-            Opacity times coverage of each layer, which is tried by itself, within the window.
-        color : (C,) array
-            Colour of the paint.
-        within_window : (slice, slice)
-            Rows and columns of the alphas; they are 0 elsewhere.
-        roughly : bool
-            Look only at every second pixel in each direction, where there are many.
+        `alphas` (h, w) are opacity times coverage within a window, and 0 elsewhere. `roughly` looks only at every
+        second pixel in each direction, where there are many.
 
         Notes
         -----

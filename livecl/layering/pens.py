@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
 from livecl.drawing.strokes import Strokes
@@ -29,14 +30,9 @@ PEN_NUMBERS = 4
 
 
 def with_fewer_pens(context: Context, drawing: Drawing) -> tuple[Drawing, NDArray[np.intp]]:
-    """Return a drawing with fewer stroked layers, and which of the layers given each of its layers is, or was first.
+    """Return a drawing with fewer stroked layers, and which layer given each of its layers is, or was first.
 
-    Parameters
-    ----------
-    context : Context
-        Picture, rasterizer and options.
-    drawing : Drawing
-        Any drawing; its filled layers and gradients stay. The same object is returned where nothing is saved.
+    Filled layers and gradients stay. The same object is returned where nothing is saved.
     """
     sources = np.arange(drawing.num_layers)
     changed = True
@@ -94,14 +90,11 @@ def _merged(drawing: Drawing, i: int, j: int, place: int) -> Drawing:
     order = [layer for layer in range(drawing.num_layers) if layer != gone]
     parts = [[layer] if layer != place else [i, j] for layer in order]
     subpaths = [k for part in parts for layer in part for k in range(*drawing.layer_offsets[layer : layer + 2])]
-    rows = [drawing.points[drawing.subpaths()[k]] for k in subpaths]
-    kept = drawing.layer_subset(order)
-    counts = [sum(int(np.diff(drawing.layer_offsets[layer : layer + 2])[0]) for layer in part) for part in parts]
-    return kept.replace(
-        points=np.concatenate(rows),
+    outlines = outlines_of(drawing)
+    return with_outlines(
+        drawing.layer_subset(order),
+        [[rows for layer in part for rows in outlines[layer]] for part in parts],
         colors=colors[order],
-        subpath_offsets=np.cumsum([0, *map(len, rows)]),
-        layer_offsets=np.cumsum([0, *counts]),
         strokes=Strokes(
             widths=widths[order],
             caps=caps[order],

@@ -56,23 +56,8 @@ def place_paths(
 ) -> Placement:
     """Place up to `count` new layers where a drawing differs from the target; fewer regions may be worth one.
 
-    Parameters
-    ----------
-    context : Context
-        The picture wanted; placement rule, shape and colours among its options.
-    drawing : Drawing
-        The drawing so far.
-    count : int
-        Number of layers.
-    rng : numpy.random.Generator
-        Source of whatever is random.
-    total : int, optional
-        Layers of the whole run, at most: those of the drawing and `count` if not given.
-
-    Returns
-    -------
-    Placement
-        Regions may lie below layers that there are already; all else goes on top.
+    Regions may lie below layers that there are already; all else goes on top. `total` are the layers of the whole run,
+    at most: those of the drawing and `count` if not given.
     """
     target, options = context.target, context.options
     if options.placement == "structure":

@@ -113,20 +113,10 @@ def fit_paint(
     price: float,
     kinds: Sequence[str] = KINDS,
 ) -> Paint:
-    """Fit the fill of least squared error and price.
+    """Fit the fill of least squared error and price to straight RGBA (n, 4) wanted at pixel centres (n, 2).
 
-    Parameters
-    ----------
-    points : (n, 2)
-        Pixel centres.
-    colors : (n, 4)
-        Straight RGBA wanted there.
-    weights : (n,)
-        Weight of each pixel's squared error.
-    price : float
-        Of a number, squared error.
-    kinds : sequence of str
-        Which of "solid", "linear" and "radial" may be taken; solid always may.
+    `weights` (n,) are those of squared errors, `price` that of a number; of "solid", "linear" and "radial" the `kinds`
+    may be taken, solid always.
 
     Notes
     -----

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import evaluate
 from livecl.geometry.open_fitting import segment_along
@@ -118,18 +119,13 @@ class _Redrawing:
 
 def _with_lines(drawing: Drawing, layer: int, lines: list[_Line], rows: list[FloatArray]) -> Drawing:
     """Return a drawing, one layer of which has other lines."""
-    outlines = [[drawing.points[part] for part in drawing.subpaths(index)] for index in range(drawing.num_layers)]
+    outlines = outlines_of(drawing)
     outlines[layer] = rows
     first, last = drawing.layer_offsets[layer : layer + 2]
     strokes = drawing.strokes
     before, after = strokes.is_open[:first], strokes.is_open[last:]
     pens = dataclasses.replace(strokes, is_open=np.concatenate([before, [not line.closed for line in lines], after]))
-    return drawing.replace(
-        points=np.concatenate([part for outline in outlines for part in outline]),
-        subpath_offsets=np.cumsum([0, *(len(part) for outline in outlines for part in outline)]),
-        layer_offsets=np.cumsum([0, *map(len, outlines)]),
-        strokes=pens,
-    )
+    return with_outlines(drawing, outlines, strokes=pens)
 
 
 def _line_of(cubics: FloatArray, is_open: bool) -> _Line:

@@ -28,27 +28,18 @@ class Partitions:
 
     Regions by the error they hold halve the error of faces (docs/quality.md, "Choices of the default method"), measured
     with these values; no comparison of other values is recorded.
-
-    Attributes
-    ----------
-    target_levels : tuple of (float, int)
-        Blur of the target, px, and levels that each channel is then sorted into: from flat regions to blobs of
-        photographs.
-    difference_levels, transparent_levels : tuple of int
-        Levels per unit that the difference from the target is rounded to, in each channel, over a background and
-        without one. There, paint can add alpha but not take it away: most candidates are of no use, and small
-        differences are looked at too.
-    alike : int
-        Regions count as duplicates if gain and area differ by less than about 1 / `alike`.
-    min_pixels : int
-        Fewest pixels of a region.
     """
 
+    #: Blur of the target, px, and levels that each channel is then sorted into: from flat regions to blobs of
+    #: photographs.
     target_levels: tuple[tuple[float, int], ...] = ((0.0, 4), (0.0, 8), (1.0, 8), (2.0, 6), (4.0, 6))
+    #: Levels per unit that the difference from the target is rounded to, in each channel, over a background and without
+    #: one. There, paint can add alpha but not take it away: most candidates are of no use, and small differences are
+    #: looked at too.
     difference_levels: tuple[int, ...] = (4, 8)
     transparent_levels: tuple[int, ...] = (4, 8, 16, 32)
-    alike: int = 20
-    min_pixels: int = 3
+    alike: int = 20  # regions count as duplicates if gain and area differ by less than about 1 / `alike`
+    min_pixels: int = 3  # fewest pixels of a region
 
 
 PARTITIONS = Partitions()
@@ -89,14 +80,9 @@ class Region:
 
 
 class TargetPartitions:
-    """Partitions of a target at its several degrees of coarseness: the same for each picture that is compared with it.
+    """Partitions of a target (H, W, C), RGB or premultiplied RGBA, at its several degrees of coarseness.
 
-    Parameters
-    ----------
-    target : (H, W, C) array
-        RGB, or premultiplied RGBA.
-    check : callable
-        Called before and after each partition; an exception ends the search.
+    They are the same for each picture that is compared with it.
     """
 
     def __init__(self, target: NDArray[Any]) -> None:
@@ -125,17 +111,7 @@ class TargetPartitions:
 
 
 class RegionFinder:
-    """Regions of one target, for a picture that gets better from call to call.
-
-    Parameters
-    ----------
-    partitions : TargetPartitions
-        The target's.
-    image : (H, W, C) array
-        The render so far: RGB, or premultiplied RGBA.
-    check : callable
-        Called after each partition; an exception ends the search.
-    """
+    """Regions of one target, for a picture (H, W, C) that gets better from call to call."""
 
     def __init__(self, partitions: TargetPartitions, image: NDArray[Any]) -> None:
         difference = partitions.target - image

@@ -77,13 +77,7 @@ def _hats(knots: FloatArray, places: FloatArray) -> FloatArray:
 
 
 class Ramps:
-    """Ramps of evenly placed stops through the colours of some pixels, for one geometry or many.
-
-    Parameters
-    ----------
-    pixels : Pixels
-        The pixels.
-    """
+    """Ramps of evenly placed stops through the colours of some pixels, for one geometry or many."""
 
     def __init__(self, pixels: Pixels) -> None:
         weights, colors = pixels.weights, pixels.colors

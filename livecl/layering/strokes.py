@@ -27,22 +27,7 @@ FAINT = 0.1
 
 
 def find_strokes(context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES) -> Drawing:
-    """Return the strokes of a picture of line art as layers; none where it is something else.
-
-    Parameters
-    ----------
-    context : Context
-        Picture, rasterizer and options.
-    background : (3,) array or None
-        Ground of the drawing.
-    rules : StrokeRules
-        What counts as a stroke.
-
-    Returns
-    -------
-    Drawing
-        A layer for each ink and width that meet.
-    """
+    """Return the strokes of a picture of line art, a layer for each ink and width that meet; none of other pictures."""
     target = np.asarray(context.target, dtype=np.float64)
     size = (target.shape[0], target.shape[1])
     nothing = empty_drawing(size, background)

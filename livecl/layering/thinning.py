@@ -36,16 +36,7 @@ MARGIN = 2
 def thinned(context: Context, drawing: Drawing, free: NDArray[np.bool_], rules: StrokeRules = RULES) -> Drawing:
     """Return a drawing in which thin layers are strokes; the same object where none is.
 
-    Parameters
-    ----------
-    context : Context
-        Picture, rasterizer and options.
-    drawing : Drawing
-        Any drawing.
-    free : (N,) bool
-        Layers that may change; those with a gradient do not.
-    rules : StrokeRules
-        What counts as a stroke.
+    Only `free` (N,) layers without a gradient change.
     """
     found, pixels = drawing, 3 * drawing.size[0] * drawing.size[1]
     candidates = np.flatnonzero(free & (drawing.strokes.widths == 0))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.trimming import trimmed_outline
 
@@ -22,19 +23,11 @@ def trimmed(drawing: Drawing) -> Drawing:
     beyond = np.maximum(-drawing.points, drawing.points - size).max(axis=(1, 2)) > FAR * bleed  # (M,)
     if not beyond.any() or drawing.strokes.any:
         return drawing
-    paths, counts = [], []
-    for layer in range(drawing.num_layers):
-        rows = drawing.subpaths(layer)
-        own = [drawing.points[row] for row in rows]
+    outlines = outlines_of(drawing)
+    for layer, own in enumerate(outlines):
         cut = [
             trimmed_outline(points, -np.full(2, bleed), size + bleed) if beyond[row].any() else points
-            for points, row in zip(own, rows, strict=True)
+            for points, row in zip(own, drawing.subpaths(layer), strict=True)
         ]
-        own = [points for points in cut if points is not None] or own
-        paths += own
-        counts.append(len(own))
-    return drawing.replace(
-        points=np.concatenate(paths),
-        subpath_offsets=np.cumsum([0, *map(len, paths)]),
-        layer_offsets=np.cumsum([0, *counts]),
-    )
+        outlines[layer] = [points for points in cut if points is not None] or own
+    return with_outlines(drawing, outlines)

@@ -44,20 +44,10 @@ TRAP = 1.25
 def completed(
     contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
 ) -> tuple[Contour, float]:
-    """Return a contour with the gaps closed where that is cheaper, and its price.
+    """Return a contour, outer outline or hole, with the gaps closed where that is cheaper, and its price.
 
-    Parameters
-    ----------
-    contour : Contour
-        An outer outline, or a hole.
-    below : (K + 3,) bool
-        Regions that it may continue below.
-    room : (K + 3,) bool
-        Regions in which a made-up curve may run, see :meth:`Outlines.room`.
-    outlines : Outlines
-        Of the picture.
-    prices : Prices
-        What is paid for.
+    It may continue `below` these regions (K + 3,); made-up curves may run in those with `room` (K + 3,), see
+    :meth:`Outlines.room`.
     """
     closed, price = _gaps_closed(contour, below, room, outlines, prices)
     hidden = below[contour.across]

@@ -46,21 +46,11 @@ _STEPS_OUT = (1.0, 1.5, 0.6, 2.2, 3.0)
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Contour:
-    """A closed outline at steps of about 1 px.
+    """A closed outline at steps of about 1 px."""
 
-    Attributes
-    ----------
-    points : (n, 2) float
-        (x, y) px.
-    across : (n,) int
-        Region on the other side, PAGE or COMPLETED.
-    straight : (n,) int
-        UNCLEAR, OWN, BEFORE or AFTER at points where `across` changes.
-    """
-
-    points: FloatArray
-    across: IntArray
-    straight: IntArray
+    points: FloatArray  # (n, 2), (x, y) px
+    across: IntArray  # (n,), region on the other side, PAGE or COMPLETED
+    straight: IntArray  # (n,), UNCLEAR, OWN, BEFORE or AFTER at points where `across` changes
 
     def __len__(self) -> int:
         return len(self.points)
@@ -100,15 +90,7 @@ class Contour:
 
 
 class Outlines:
-    """Outlines of the regions of a picture, and of unions of them.
-
-    Parameters
-    ----------
-    regions : FlatRegions
-        Of the picture.
-    ground : set of int, optional
-        Regions that are the ground, where that is known.
-    """
+    """Outlines of the regions of a picture, and of unions of them; `ground` are those that are the ground, if known."""
 
     def __init__(self, regions: FlatRegions, ground: AbstractSet[int] | None = None) -> None:
         self.regions, self.ground = regions, ground

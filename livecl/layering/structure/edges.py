@@ -21,12 +21,8 @@ LARGEST_STEP = 1.45
 def edge_polylines(soft: FloatArray, cover: FloatArray) -> list[FloatArray]:
     """Return the edges of a region as closed polylines (n, 2), (x, y) px, at steps of about 1 px.
 
-    Parameters
-    ----------
-    soft : (H, W) float64
-        Above 0.5 at pixels that are the region's, below elsewhere.
-    cover : (H, W) float64
-        Share of each pixel that the region covers.
+    `soft` (H, W) is above 0.5 at pixels that are the region's, below elsewhere; `cover` (H, W) the share that it
+    covers.
     """
     from skimage.measure import find_contours
 

@@ -64,21 +64,12 @@ def found_structure(
     shading: Shading | None = None,
     asked: int = 0,
 ) -> Structure | None:
-    """Return the structure of a picture; None where none explains it in about as many layers as are wanted.
+    """Return the structure of a picture; None where none explains it in about `most` layers.
 
-    Parameters
-    ----------
-    target : (H, W, C) array
-        RGB, or premultiplied RGBA where there is no background.
-    background : (3,) array or None
-        Colour beneath all layers.
-    most : int
-        Layers wanted.
-    shading : Shading, optional
-        Gradients that layers may have; a picture without slopes is flat all the same.
-    asked : int
-        Layers asked for: where a flat picture shows fewer, but half of them, its shapes are cut at their concave
-        corners until there are as many, or none can be cut. 0 where the picture decides.
+    The target (H, W, C) is RGB, or premultiplied RGBA without a background (3,). Layers may have the gradients of
+    `shading`; a picture without slopes is flat all the same. Where a flat picture shows fewer layers than are `asked`
+    for, but half of them, its shapes are cut at their concave corners until there are as many, or none can be cut; 0
+    where the picture decides.
     """
     return _explaining(*_frozen(target, background), (most, asked), shading)
 

@@ -40,22 +40,12 @@ _STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Mosaic:
-    """A picture as cells.
+    """A picture as cells."""
 
-    Attributes
-    ----------
-    cells : (h, w) int
-        Colour of each cell.
-    colors : (K, C) float
-        The colours.
-    rows, columns : (h + 1,), (w + 1,) int
-        Sides of the cells, px.
-    """
-
-    cells: IntArray
-    colors: FloatArray
-    rows: IntArray
-    columns: IntArray
+    cells: IntArray  # (h, w), colour of each cell
+    colors: FloatArray  # (K, C), the colours
+    rows: IntArray  # (h + 1,), sides of the cells, px
+    columns: IntArray  # (w + 1,), the same
 
     @property
     def enlarged(self) -> bool:

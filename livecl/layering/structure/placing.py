@@ -124,22 +124,10 @@ def place_structure(
     shading: Shading | None = None,
     asked: int = 0,
 ) -> NextLayers | None:
-    """Return the next layers of a picture of flat or shaded regions, or None where they are all there.
+    """Return the next layers, `count` at most, of a picture of flat or shaded regions, or None where all are there.
 
-    Parameters
-    ----------
-    target : (H, W, C) array
-        RGB, or premultiplied RGBA where the drawing has no background.
-    drawing : Drawing
-        The layers that earlier calls have placed, in their paint order.
-    count : int
-        Layers wanted, at most.
-    total : int
-        Layers of the whole run, at most.
-    shading : Shading, optional
-        Gradients that layers may have.
-    asked : int
-        Layers asked for, see :func:`livecl.layering.structure.finding.found_structure`; 0 where the picture decides.
+    The target is as in :func:`livecl.layering.structure.finding.found_structure`, and so are `shading` and `asked`; the
+    drawing's layers are those that earlier calls have placed, `total` those of the whole run, at most.
     """
     found = structure_of(target, drawing.background, total, shading, asked)
     last = drawing.num_layers + count
