@@ -75,6 +75,8 @@ class Paint:
         Places and straight RGBA of the stops; none if solid.
     error : float
         Squared error that is left, weighted, over pixels and channels.
+    over : tuple of Paint
+        Translucent fills above it on the same outline, the lowest first: each a layer of its own.
     """
 
     kind: int
@@ -83,15 +85,22 @@ class Paint:
     positions: FloatArray
     stops: FloatArray
     error: float
+    over: tuple[Paint, ...] = ()
 
     @property
     def numbers(self) -> int:
-        """Numbers that describe it."""
-        return GEOMETRY_NUMBERS[self.kind] + (STOP_NUMBERS * len(self.stops) or COLOR_NUMBERS)
+        """Numbers that describe it, and the layers above it."""
+        own = GEOMETRY_NUMBERS[self.kind] + (STOP_NUMBERS * len(self.stops) or COLOR_NUMBERS)
+        return own + sum(LAYER_NUMBERS - COLOR_NUMBERS + paint.numbers for paint in self.over)
+
+    @property
+    def solid(self) -> bool:
+        """Whether it shows one colour."""
+        return self.kind == SOLID and not self.over
 
     @property
     def fills(self) -> Fills:
-        """The fill as that of one layer."""
+        """The fill as that of one layer, without those above it."""
         if self.kind == SOLID:
             return Fills.solid(1)
         first, second, third = self.geometry
@@ -99,11 +108,21 @@ class Paint:
             return Fills.linear(first, second, self.stops, self.positions)
         return Fills.radial(first, second, third, self.stops, self.positions)
 
+    def shifted(self, offset: FloatArray) -> Paint:
+        """Return the fill moved by (2,), px."""
+        geometry = self.geometry + offset * (np.arange(3) < GEOMETRY_NUMBERS[self.kind] // 2)[:, None]
+        return dataclasses.replace(self, geometry=geometry, over=tuple(paint.shifted(offset) for paint in self.over))
+
     def at(self, points: FloatArray) -> FloatArray:
-        """Return the straight RGBA (n, 4) at points (n, 2), px."""
+        """Return the straight RGBA (n, 4) at points (n, 2), px; below fills above it, it is opaque."""
         if self.kind == SOLID:
-            return np.broadcast_to(self.color, (len(points), 4))
-        return stop_colors_at(self.positions, self.stops, place_of(self.kind, self.geometry, points))
+            seen = np.broadcast_to(self.color, (len(points), 4))
+        else:
+            seen = stop_colors_at(self.positions, self.stops, place_of(self.kind, self.geometry, points))
+        for paint in self.over:
+            rgba = paint.at(points)
+            seen = np.concatenate([seen[:, :3] + rgba[:, 3:] * (rgba[:, :3] - seen[:, :3]), seen[:, 3:]], axis=1)
+        return seen
 
 
 def fit_paint(

@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
 from livecl.layering.drift import Changes
+from livecl.layering.overlays import fit_overlaid
 from livecl.layering.ramps import COLOR_NUMBERS, LAYER_NUMBERS, Paint, fit_paint
 from livecl.layering.structure.flat import grid_components
 from livecl.layering.structure.small import SAME_STEP
@@ -23,6 +27,8 @@ MISSED, MISSED_SHARE = 3.5 / 255, 0.03
 CUT_SHARE, CUT_PIXELS = 0.2, 24
 #: Rounds in which pixels that a fill misses come to count less, and cuts of one region, at most.
 TRIMS, CUTS = 4, 6
+#: Pixels of the smallest core that fills over each other are looked for in: fewer hardly tell them from one.
+OVERLAID_PIXELS = 400
 #: Distance, px, up to which a core is another's neighbour across pixels without one.
 BESIDE = 2.0
 
@@ -76,35 +82,84 @@ def smooth_cores(image: FloatArray) -> IntArray:
     return np.where(kept, np.cumsum(kept), 0)[labels]
 
 
-def cut_cores(image: FloatArray, labels: IntArray, price: float, kinds: tuple[str, ...]) -> IntArray:
-    """Cut the cores that no fill explains."""
+def cut_cores(
+    image: FloatArray, labels: IntArray, price: float, kinds: tuple[str, ...]
+) -> tuple[IntArray, dict[int, Paint]]:
+    """Cut the cores that no fill explains; return labels, and the fills of cores that several over each other explain.
+
+    Of a fill for all, of fills over each other and of parts with a fill each the cheapest are taken.
+    """
     labels = labels.copy()
-    boxes = ndimage.find_objects(labels)
-    left = [(k, box, CUTS) for k, box in enumerate(boxes, start=1)]
-    count = len(boxes)
-    while left:
+    overlaid: dict[int, Paint] = {}
+    count = int(labels.max())
+    for k, box in enumerate(ndimage.find_objects(labels), start=1):
         interruption.check()
-        k, box, cuts = left.pop()
         mask = labels[box] == k
-        if not cuts or mask.sum() < 2 * CUT_PIXELS:
+        parts = _cut(image[box], mask, price, kinds)
+        if parts is None:
             continue
-        kept = _explained(image[box], mask, price, kinds)
-        if kept is None:
+        paint = _overlaid(image[box], mask, parts, price, kinds)
+        if paint is not None:
+            overlaid[k] = paint.shifted(np.array([box[1].start, box[0].start], dtype=np.float64))
             continue
-        parts, found = ndimage.label(mask & ~kept)
-        sizes = np.bincount(parts.ravel())
-        small = (sizes < CUT_PIXELS)[parts] & (parts > 0)
-        labels[box][small] = 0
-        for part in range(1, found + 1):
-            if sizes[part] >= CUT_PIXELS:
-                count += 1
-                labels[box][parts == part] = count
-                left.append((count, box, cuts - 1))
+        labels[box][mask] = np.where(parts > 1, parts - 1 + count, np.where(parts == 1, k, 0))[mask]
+        count += int(parts.max()) - 1
     # Parts of a core that hung together by pixels that were cut are regions of their own.
     parts = grid_components(labels[:, 1:] == labels[:, :-1], labels[1:] == labels[:-1])
     _, numbers = np.unique(parts[labels > 0], return_inverse=True)
-    labels[labels > 0] = numbers + 1
-    return labels
+    found = np.zeros_like(labels)
+    found[labels > 0] = numbers + 1
+    return found, {int(found[labels == k][0]): paint for k, paint in overlaid.items()}
+
+
+def _cut(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...]) -> IntArray | None:
+    """Return the parts of a core that a fill each explains, from 1 on; None where one explains all.
+
+    0 stands where none explains a pixel.
+    """
+    labels = mask.astype(np.int64)
+    left, count = [(1, CUTS)], 1
+    while left:
+        interruption.check()
+        k, cuts = left.pop()
+        own = labels == k
+        if not cuts or own.sum() < 2 * CUT_PIXELS:
+            continue
+        kept = _explained(image, own, price, kinds)
+        if kept is None:
+            continue
+        parts, found = ndimage.label(own & ~kept)
+        sizes = np.bincount(parts.ravel())
+        labels[(sizes < CUT_PIXELS)[parts] & (parts > 0)] = 0
+        for part in range(1, found + 1):
+            if sizes[part] >= CUT_PIXELS:
+                count += 1
+                labels[parts == part] = count
+                left.append((count, cuts - 1))
+    return None if count == 1 and np.array_equal(labels > 0, mask) else labels
+
+
+def _overlaid(
+    image: FloatArray, mask: BoolArray, parts: IntArray, price: float, kinds: tuple[str, ...]
+) -> Paint | None:
+    """Return fills over each other for a core, where these cost less than one for all and than one for each part."""
+    colors = straight(image[mask])
+    if len(colors) < OVERLAID_PIXELS or colors[:, 3].min() < 1:
+        return None
+    most = min(_cost_of(image, mask, some, price, kinds) for some in (mask.astype(np.int64), parts))
+    return fit_overlaid(pixel_centers(mask), colors, price, kinds, most)
+
+
+def _cost_of(image: FloatArray, mask: BoolArray, parts: IntArray, price: float, kinds: tuple[str, ...]) -> float:
+    """Return the squared error and price of a core in parts of one fill each, small ones absorbed."""
+    parts = absorbed_cores(image, parts, price, kinds)[0]
+    nearest = ndimage.distance_transform_edt(parts == 0, return_distances=False, return_indices=True)
+    whole, total = np.where(mask, parts[tuple(nearest)], 0), 0.0
+    for k in range(1, int(parts.max()) + 1):
+        paint, own = fitted(image, parts == k, price, kinds), whole == k
+        total += float(np.square(paint.at(pixel_centers(own)) - straight(image[own])).sum())
+        total += price * (paint.numbers + LAYER_NUMBERS - COLOR_NUMBERS)
+    return total
 
 
 def _explained(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...]) -> BoolArray | None:
@@ -132,16 +187,23 @@ def _explained(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[st
     return good if 0 < np.count_nonzero(good) < len(points) else None
 
 
-def absorbed_cores(image: FloatArray, labels: IntArray, price: float, kinds: tuple[str, ...]) -> IntArray:
+def absorbed_cores(
+    image: FloatArray,
+    labels: IntArray,
+    price: float,
+    kinds: tuple[str, ...],
+    known: Mapping[int, Paint] = MappingProxyType({}),
+) -> tuple[IntArray, dict[int, Paint]]:
     """Give cores to the neighbour whose fill shows them at less error than a layer of their own would cost.
 
     The smallest first: slivers along edges that fade out, where the part cut from a region is hardly of another colour.
+    Returns the labels, and the fills by label that are `known`.
     """
     labels, count = labels.copy(), int(labels.max())
     sizes = np.bincount(labels.ravel(), minlength=count + 1)
     near = _neighbors(labels)
     boxes = ndimage.find_objects(labels)
-    paints: dict[int, Paint] = {}
+    paints: dict[int, Paint] = dict(known)
 
     def paint_of(k: int) -> Paint:
         if k not in paints:
@@ -177,7 +239,7 @@ def absorbed_cores(image: FloatArray, labels: IntArray, price: float, kinds: tup
                     near[best].add(n)
             near[k] = set()
     kept = np.cumsum(np.bincount(labels.ravel(), minlength=count + 1)[1:] > 0)
-    return np.concatenate([[0], kept])[labels]
+    return np.concatenate([[0], kept])[labels], {int(kept[k - 1]): known[k] for k in known if sizes[k]}
 
 
 def _neighbors(labels: IntArray) -> dict[int, set[int]]:

@@ -15,7 +15,7 @@ from livecl import interruption
 from livecl.layering.ramps import Shading
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.flat import FlatRegions, clean_regions, flatness, noisy_regions
-from livecl.layering.structure.layers import find_layers
+from livecl.layering.structure.layers import Layer, find_layers
 from livecl.layering.structure.mosaic import MOST_PARTS, Mosaic, mosaic_of
 from livecl.layering.structure.parts import with_more_parts, with_parts
 from livecl.layering.structure.prices import PRICES, Prices
@@ -250,9 +250,20 @@ def _of_outlines(
 
     regions = outlines.regions
     layers, size = find_layers(outlines, ground, prices, apart), regions.labels.shape
+    if isinstance(regions, SmoothRegions):
+        layers = [one for layer in layers for one in (layer, *_over(layer, regions))]
     masks = np.zeros((len(layers), *size), bool)
     for mask, layer in zip(masks, layers, strict=True):
         interruption.check()
         for points in layer.outlines:
             mask ^= polygon2mask(size, points[:, ::-1] - 0.5)
     return Structure.of(regions, layers, ground, masks)
+
+
+def _over(layer: Layer, regions: SmoothRegions) -> list[Layer]:
+    """Return the layers of the fills over that of a layer, on the same outline."""
+    fills = regions.paint(layer.shown).over
+    return [
+        dataclasses.replace(layer, color=paint.stops[0, : len(layer.color)], over=place)
+        for place, paint in enumerate(fills, start=1)
+    ]

@@ -43,12 +43,15 @@ class Layer:
         Regions that show it.
     exact : bool
         Whether the points of the outlines are the corners of straight sides, not points along curves.
+    over : int
+        0, or which of the fills over each other on one outline it has: it follows the layers below it.
     """
 
     outlines: list[FloatArray]
     color: FloatArray
     shown: frozenset[int] = frozenset()
     exact: bool = dataclasses.field(default=False, kw_only=True)
+    over: int = dataclasses.field(default=0, kw_only=True)
 
 
 @dataclasses.dataclass(eq=False)

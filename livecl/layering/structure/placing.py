@@ -140,7 +140,7 @@ def place_structure(
         interruption.check()
         outlines.append(fitted_layer(found.layers[k], *noise))
     order = np.argsort(np.concatenate([np.sort(placed), new]), kind="stable")
-    missing = ndimage.binary_dilation(np.isin(found.top, found.ranked[last:] + 1), np.ones((5, 5)))
+    missing = ndimage.binary_dilation(found.shows(found.ranked[last:]), np.ones((5, 5)))
     colors = np.array([found.layers[k].color for k in new])
     numbers = np.sort(found.ranked[:last])
     fills = concatenate_fills([found.fills_of(k) for k in new])
@@ -153,7 +153,7 @@ def outline_noise(found: Structure) -> tuple[float, float]:
     The second is that of a noisy picture, at the waves at which it is largest; and not less than the coverages of
     borders tell, which err by the picture's noise over the contrast of the two sides.
     """
-    polylines = [points for layer in found.layers if not layer.exact for points in layer.outlines]
+    polylines = [points for layer in found.layers if not (layer.exact or layer.over) for points in layer.outlines]
     noise, waves = noise_of(polylines), 0.0
     if found.regions.noise:
         waves = max(*(noise_of(polylines, width) for width in WIDTHS), found.regions.border_noise)

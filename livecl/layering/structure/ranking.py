@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from livecl.drawing.fills import SOLID, Fills
+from livecl.drawing.fills import Fills
+from livecl.layering.structure.cores import pixel_centers
 from livecl.layering.structure.flat import SAME_COLOR, FlatRegions
 from livecl.layering.structure.layers import Layer
 from livecl.layering.structure.smooth import SmoothRegions
@@ -44,7 +45,7 @@ class Structure:
     masks : (N, H, W) bool
         Pixels within each layer's outlines.
     top : (H, W) int
-        Layer that shows at each pixel, 1 for the lowest; 0 where the ground does.
+        Layer that shows at each pixel, 1 for the lowest; 0 where the ground does. Of fills over each other, the lowest.
     gains : (N,) float
         Squared error that each removes.
     ranked : (K,) int
@@ -64,10 +65,14 @@ class Structure:
         """Rank layers by the error that each removes."""
         size = regions.labels.shape
         top, second = np.zeros((2, *size), np.int64)
-        for number, mask in enumerate(masks, start=1):
-            second[mask], top[mask] = top[mask], number
+        for number, (mask, layer) in enumerate(zip(masks, layers, strict=True), start=1):
+            if not layer.over:
+                second[mask], top[mask] = top[mask], number
         lost = np.square(painted(regions, layers, ground, top) - painted(regions, layers, ground, second)).sum(axis=-1)
         gains = np.bincount(top.ravel(), lost.ravel(), len(layers) + 1)[1:].astype(np.float64)
+        for number, layer in enumerate(layers):
+            if layer.over and isinstance(regions, SmoothRegions):  # never before the layers below it
+                gains[number] = min(_gain_over(regions, layer, top == number - layer.over + 1), gains[number - 1])
         shown = np.bincount(top.ravel(), minlength=len(layers) + 1)[1:]
         order = np.argsort(-gains, kind="stable")
         ranked = order[(gains[order] >= LEAST_GAIN) | (shown[order] >= LEAST_PIXELS)]
@@ -76,8 +81,18 @@ class Structure:
     def fills_of(self, layer: int) -> Fills:
         """Return the fill of a layer."""
         if isinstance(self.regions, SmoothRegions):
-            return self.regions.paint(self.layers[layer].shown).fills
+            paint, over = self.regions.paint(self.layers[layer].shown), self.layers[layer].over
+            return paint.over[over - 1].fills if over else paint.fills
         return Fills.solid(1)
+
+    def shows(self, layers: IntArray) -> BoolArray:
+        """Return the pixels (H, W) at which any of some layers (K,) show."""
+        lowest = [int(k) - self.layers[k].over for k in layers]
+        return np.isin(self.top, np.array(lowest, np.int64) + 1)
+
+    def _overlaid(self, layer: int) -> bool:
+        """Whether a layer is one of several fills over each other."""
+        return bool(self.layers[layer].over or (layer + 1 < len(self.layers) and self.layers[layer + 1].over))
 
     @property
     def shaded(self) -> bool:
@@ -124,6 +139,7 @@ class Structure:
                 continue
             best: tuple[float, float, int, int, int] | None = None
             looked_at = np.sort(found.ranked[: UNITED_SHARE * most + UNITED_MORE]).tolist()
+            looked_at = [k for k in looked_at if not found._overlaid(k)]
             for i, lower in enumerate(looked_at):
                 for upper in looked_at[i + 1 :]:
                     pair = found.layers[lower].shown, found.layers[upper].shown
@@ -148,12 +164,14 @@ class Structure:
         for layer in self.ranked[::-1].tolist():
             own = self.masks[layer]
             around = max((k for k in range(layer) if (self.masks[k] & own).any()), default=None)
-            if around is None or np.count_nonzero(self.masks[around] & own) < INSIDE * np.count_nonzero(own):
+            if around is None or self._overlaid(layer) or self._overlaid(around):
+                continue
+            if np.count_nonzero(self.masks[around] & own) < INSIDE * np.count_nonzero(own):
                 continue
             below = [k for k in range(around) if (self.masks[k] & own).any()]
             if below:
                 lower = below[-1]
-                if np.count_nonzero(self.masks[lower] & own) < INSIDE * np.count_nonzero(own):
+                if self._overlaid(lower) or np.count_nonzero(self.masks[lower] & own) < INSIDE * np.count_nonzero(own):
                     continue
                 if self.regions.rise(self.layers[lower].shown, self.layers[layer].shown) > 0:
                     continue
@@ -197,12 +215,19 @@ def explained_miss(regions: FlatRegions) -> float:
     return EXPLAINED + EXPLAINED_OF_NOISE * regions.noise
 
 
+def _gain_over(regions: SmoothRegions, layer: Layer, shown: BoolArray) -> float:
+    """Return the squared error that a fill removes over others on the same outline, at pixels (H, W)."""
+    paint, points = regions.paint(layer.shown), pixel_centers(shown)
+    below, whole = (dataclasses.replace(paint, over=paint.over[:count]) for count in (layer.over - 1, layer.over))
+    return float(np.square(whole.at(points) - below.at(points)).sum())
+
+
 def painted(regions: FlatRegions, layers: list[Layer], ground: FloatArray, numbers: IntArray) -> FloatArray:
     """Return the picture (H, W, C) of the layers that numbers (H, W) name, 1 for the lowest, 0 for the ground."""
     image = np.stack([ground, *(layer.color for layer in layers)])[numbers]
     if isinstance(regions, SmoothRegions):
         for number, layer in enumerate(layers, start=1):
-            if regions.paint(layer.shown).kind != SOLID:
+            if not layer.over and not regions.paint(layer.shown).solid:
                 mask = numbers == number
                 image[mask] = regions.shown(layer.shown, mask)
     return np.asarray(image)

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
-from livecl.drawing.fills import SOLID
 from livecl.layering.drift import Changes
 from livecl.layering.ramps import COLOR_NUMBERS, Paint
 from livecl.layering.structure.cores import (
@@ -90,7 +89,7 @@ class SmoothRegions(FlatRegions):
     @property
     def shaded(self) -> bool:
         """Whether any region has a gradient; flat ones have none together either."""
-        return any(self.paint(frozenset((k,))).kind != SOLID for k in range(len(self.sizes)))
+        return any(not self.paint(frozenset((k,))).solid for k in range(len(self.sizes)))
 
     def paint(self, ids: frozenset[int]) -> Paint:
         """Return the fill that some regions have together."""
@@ -142,13 +141,13 @@ class SmoothRegions(FlatRegions):
     def alike(self, a: int, b: int) -> bool:
         """Whether two regions have one fill: a fill fitted to both costs less than two, or hardly misses any pixel."""
         own = [frozenset((k,)) for k in (a, b)]
-        if all(self.paint(k).kind == SOLID for k in own):
+        if all(self.paint(k).solid for k in own):
             return super().alike(a, b)
         return self.rise(*own) <= 0
 
     def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
         """Return by how much error and price of one fill for some regions and others exceed those of two fills."""
-        solid = [ids for ids in (one, other) if self.paint(ids).kind == SOLID]
+        solid = [ids for ids in (one, other) if self.paint(ids).solid]
         if len(solid) == 2:  # no ramp leads from one flat colour to another
             return super().rise(one, other)
         moments = self._affine(one), self._affine(other)
@@ -175,7 +174,7 @@ def smoothness(image: NDArray[np.floating]) -> float:
 def smooth_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, ...]) -> SmoothRegions:
     """Cut a picture (H, W, C) into regions of one fill each with resolved borders."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
-    labels = cut_cores(pixels, smooth_cores(pixels), price, kinds)
+    labels, overlaid = cut_cores(pixels, smooth_cores(pixels), price, kinds)
     for round_number in range(ROUNDS):
         interruption.check()
         mixture = explain(pixels, labels, None)
@@ -183,11 +182,14 @@ def smooth_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, 
             break
         if not add_cores(pixels, labels, means_of(labels, pixels), mixture, MIXTURE_MISS)[1]:
             break
-    labels = absorbed_cores(pixels, labels, price, kinds)
+    labels, overlaid = absorbed_cores(pixels, labels, price, kinds, overlaid)
     mixture = explain(pixels, labels, None)
     inner = labels > 0
     flat = regions_of(pixels, labels, means_of(labels, pixels), mixture)
     found = SmoothRegions(**vars(flat), image=pixels, price=price, kinds=kinds, inner=inner)
+    for k, core in enumerate(flat.cores.tolist()):
+        if core in overlaid:
+            found._paints[frozenset((k,))] = overlaid[core]
     miss = np.where(inner, 0.0, flat.miss)
     for k in range(len(flat.sizes)):
         interruption.check()
