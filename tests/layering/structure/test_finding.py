@@ -156,8 +156,8 @@ def test_where_regions_that_changed_places_hide_what_shows_the_evidence_orders(
 
     def reversed_unless_unturned(*arguments: Any) -> list[Any]:
         layers = find_layers(*arguments)
-        if not arguments[4]:  # none is kept apart
-            orders.append(bool(np.isinf(arguments[3].turn)))
+        if not arguments[3]:  # none is kept apart
+            orders.append(bool(np.isinf(arguments[2].turn)))
         return layers if orders[-1] and helps else layers[::-1]
 
     monkeypatch.setattr(finding, "find_layers", reversed_unless_unturned)
@@ -177,7 +177,7 @@ def test_where_regions_that_changed_places_need_too_many_paths_the_evidence_orde
     orders, find_layers, judged = [], finding.find_layers, finding._judged
 
     def recorded(*arguments: Any) -> list[Any]:
-        orders.append(bool(np.isinf(arguments[3].turn)))
+        orders.append(bool(np.isinf(arguments[2].turn)))
         return find_layers(*arguments)
 
     monkeypatch.setattr(finding, "find_layers", recorded)
