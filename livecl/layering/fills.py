@@ -25,6 +25,8 @@ from livecl.options import AUTO_PATH_GAIN, Options
 OWN_SHARE, LEAST_PIXELS = 0.95, 24
 #: Alpha of the layers below up to which a layer over nothing shows its own alpha.
 CLEAR = 0.02
+#: Numbers that another fill must save: less may be rounding.
+LEAST_SAVING = 0.1
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -74,7 +76,8 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
         wanted, weights = _wanted(now, residual[own], alone)
         paint = fit_paint(points, wanted, weights, price, shading.kinds if context.changes.drift(own) else ())
         kept = float(weights @ np.square(now - wanted).sum(axis=1)) + price * _numbers(fills)
-        if (paint.kind != SOLID or fills.any_gradients) and paint.error + price * paint.numbers < kept:
+        saved = kept - paint.error - price * paint.numbers
+        if (paint.kind != SOLID or fills.any_gradients) and saved > LEAST_SAVING * price:
             found[layer] = paint
     # What else a layer covers, and layers over and under it, may want another fill than its own pixels. Fills that make
     # up for each other are right together, if at all.

@@ -25,12 +25,19 @@ QUICK = Options(placement="region", iterations=1, prune=0.0)
 
 
 @pytest.mark.parametrize(
-    ("share", "prune", "kept", "failures"), [(1.01, 0.0, True, 0), (1.01, 3e-4, True, 2), (0.99, 0.0, False, 2)]
+    ("gain", "prune", "kept", "failures"),
+    [
+        (1.01 * Revise.least_gain, 0.0, True, 0),
+        (0.99 * Revise.least_gain, 0.0, True, 2),
+        (1.01 * Revise.least_gain, 3e-3, True, 2),
+        (1.01 * Revise.min_improvement, 0.0, True, 2),
+        (0.99 * Revise.min_improvement, 0.0, False, 2),
+    ],
 )
-def test_a_revision_is_kept_if_it_lowers_the_error_by_enough_and_counts_if_that_is_worth_a_layer(
-    share: float, prune: float, kept: bool, failures: int, device: int, monkeypatch: pytest.MonkeyPatch
+def test_a_revision_is_kept_if_it_lowers_the_error_by_enough_and_counts_if_that_is_worth_another_one(
+    gain: float, prune: float, kept: bool, failures: int, device: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    after = 1 - share * Revise.min_improvement
+    after = 1 - gain
     run = started([FREE] * 4, device)
     run.options = dataclasses.replace(run.options, prune=prune)
     before, run.progress.failures = run.state.drawing, 1
@@ -159,3 +166,34 @@ def test_revisions_do_not_merge_gradients(device: int, monkeypatch: pytest.Monke
     monkeypatch.setattr("livecl.run.phases.place", lambda *arguments: 0)
     assert run.begin()
     assert run.state.drawing.fills.any_gradients, "of the one that is left"
+
+
+@pytest.mark.parametrize(("schedule", "refilled"), [((1, 2, 1), True), ((1, 2, 2), False), ((4,), False)])
+def test_layers_are_filled_anew_when_the_last_paths_are_placed_or_else_in_the_first_revision(
+    schedule: tuple[int, ...], refilled: bool, device: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[list[bool]] = []
+    monkeypatch.setattr("livecl.run.phases.fill", lambda run, layers: asked.append(layers.tolist()))
+    run = started([FREE] * 4, device, merge=False)
+    run.progress.schedule = schedule
+    run.progress.asked = 4
+    assert Revise(0).begin(run)
+    assert len(asked) == 2 - refilled, "the layer that is placed anew, and all of them"
+    assert refilled or asked[-1] == [True] * 4
+
+
+@pytest.mark.parametrize(("stage", "revisions", "filled"), [(0, 8, 1), (1, 8, 2), (1, 0, 1)])
+def test_the_last_stage_fills_those_before_it_anew_where_revisions_follow(
+    stage: int, revisions: int, filled: int, device: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = build([([rectangle(x, 4, x + 5, 20)], (0, 0, 0, 1)) for x in (2, 14)], (24, 24))
+    options = Options(placement="region", iterations=1, prune=0.0, revisions=revisions, end_early=False)
+    progress = Progress.start(empty_drawing((24, 24), np.ones(3)), options, (1, 1), 0)
+    run = Run(livecl.render(target, device), progress, device)
+    asked: list[int] = []
+    monkeypatch.setattr("livecl.run.phases.fill", lambda run, layers: asked.append(int(layers.sum())))
+    for _ in range(stage + 1):
+        assert run.begin()
+        run.step()
+        run.end()
+    assert asked[-1] == filled
