@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from support import drawings, shapes
 from support.placing import Placer
 
-from livecl import Drawing, Options
+from livecl import Drawing, Options, interruption
 from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import circle
@@ -127,8 +127,9 @@ def test_a_stop_is_looked_for_between_the_parts_of_the_work_before_regions_are_l
     for name in ("layer_alphas", "LayerStack", "Painting", "region_candidates"):
         part = getattr(placement, name)
         monkeypatch.setattr(placement, name, lambda *a, n=name, p=part: done.append(n) or p(*a))
-    context = Context(rasterizer, _three_shapes(), Options(placement="region"), lambda: done.append("check"))
-    place_paths(context, empty_drawing((36, 48)), 1, np.random.default_rng(0))
+    context = Context(rasterizer, _three_shapes(), Options(placement="region"))
+    with interruption.interruptible(lambda: done.append("check")):
+        place_paths(context, empty_drawing((36, 48)), 1, np.random.default_rng(0))
     before = done[: done.index("region_candidates")]
     assert before == ["check", "check", "layer_alphas", "LayerStack", "check", "Painting", "check"]
 
