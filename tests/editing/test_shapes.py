@@ -29,6 +29,14 @@ def traced(shape: Primitive | None, noise: float = 0.0) -> Trace:
     return result
 
 
+def traced_through(points: np.ndarray) -> Trace:
+    """Trace the polygon through points (n, 2)."""
+    steps = np.roll(points, -1, axis=0) - points
+    result = trace(np.stack([points, points + steps / 3, points + 2 * steps / 3, points + steps], axis=1))
+    assert result is not None
+    return result
+
+
 def gap(found: Primitive, true: Primitive) -> float:
     """Return the largest difference of their numbers."""
     names = set(true.attributes) | set(found.attributes) - {"transform"}
@@ -86,8 +94,17 @@ def test_other_shapes_are_not_found(kind: str) -> None:
                               np.interp(angle, [0, 2.1, 4.2, 6.3], [0, 0, 50, 0])], 1),
         "star": np.stack([np.cos(angle), np.sin(angle)], 1) * (30 + 5 * np.cos(5 * angle))[:, None],
     }  # fmt: skip
-    points = outlines[kind]
-    steps = np.roll(points, -1, axis=0) - points
-    cubics = np.stack([points, points + steps / 3, points + 2 * steps / 3, points + steps], axis=1) + 80
-    result = trace(cubics)
-    assert result is not None and fitted_shapes(result) == []
+    assert fitted_shapes(traced_through(outlines[kind] + 80)) == []
+
+
+@pytest.mark.parametrize(
+    ("radius", "wave", "bump", "found"),
+    [(24, 0.2, 0, True), (24, 0.4, 0, False), (4, 0.09, 0, True), (4, 0.2, 0, False), (60, 0, 0.5, True),
+     (60, 0, 1.1, False)],
+)  # fmt: skip
+def test_how_far_a_circle_may_be_from_its_outline(radius: float, wave: float, bump: float, found: bool) -> None:
+    """.2 px and a fiftieth of its radius on average (waves of 1.4 times that), .75 px at a bump of 6 px."""
+    angle = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    away = radius + wave * np.cos(12 * angle) + bump * np.exp(-np.square((angle - 3) * radius / 3))
+    points = away[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1) + 80
+    assert [shape.tag for shape in fitted_shapes(traced_through(points))][:1] == ["circle"] * found

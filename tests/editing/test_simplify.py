@@ -172,6 +172,33 @@ def constrained() -> Drawing:
     )
 
 
+def slanted() -> Drawing:
+    """Return smooth joins beside a slanted line and between curves, which turn, and a box with round ends."""
+    return read_svg(
+        b'<svg width="120" height="90"><path d="M10 10l30 8c12 3.2 18 16 10 26s-22 20-36 12z"/>'
+        b'<rect x="60" y="62" width="40" height="20" rx="10"/></svg>'
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_slanted_joins_turn_and_stay_smooth_and_round_ends_stay_round(seed: int) -> None:
+    drawing = slanted()
+    constraints = Constraints(drawing, np.ones(2, bool))
+    np.testing.assert_allclose(constraints.points(constraints.start), drawing.points, atol=1e-8)
+    moves = constraints.gradient(constraints.start, np.random.default_rng(seed).normal(0, 1, drawing.points.shape))
+    moved = constraints.points(constraints.start + moves)
+    for points, least in ((drawing.points, 0.0), (moved, 0.005)):
+        for into, out, was in (
+            (points[1, 0] - points[0, 0], points[1, 1] - points[1, 0], (30.0, 8.0)),
+            (points[2, 0] - points[1, 2], points[2, 1] - points[2, 0], (-8.0, 10.0)),
+        ):
+            assert abs(bezier.cross(into, out)) < 1e-9 * np.hypot(*into) * np.hypot(*out)
+            assert abs(bezier.cross(out, np.array(was))) >= least * np.hypot(*out) * np.hypot(*was)
+    [pill] = re.findall("<rect id=[^>]*>", format_svg(drawing.replace(points=moved)))
+    found = dict(re.findall(r'(\w+)="([^"]*)"', pill))
+    assert 2 * float(found["rx"]) == pytest.approx(min(float(found["width"]), float(found["height"])), abs=0.02)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_constraints_hold_after_any_move(seed: int) -> None:
     """Of coordinates by 1 px along a gradient, which is the same for those that are shared."""
@@ -194,10 +221,10 @@ def test_constraints_hold_after_any_move(seed: int) -> None:
     assert not some.gradient(some.start, np.ones(drawing.points.shape))[:5].any()
 
 
-def test_derivatives_by_coordinates_agree_with_central_differences() -> None:
+@pytest.mark.parametrize("drawing", [constrained(), slanted()], ids=["upright", "slanted"])
+def test_derivatives_by_coordinates_agree_with_central_differences(drawing: Drawing) -> None:
     """Along gradients, in which coordinates that are shared are equal; with step h by about h^2 and eps / h."""
-    drawing = constrained()
-    constraints = Constraints(drawing, np.ones(4, bool))
+    constraints = Constraints(drawing, np.ones(drawing.num_layers, bool))
     rng = np.random.default_rng(0)
     d_points, at, h = rng.normal(0, 1, drawing.points.shape), constraints.start, 1e-5
     found = constraints.gradient(at, d_points)

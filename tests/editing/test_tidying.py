@@ -57,3 +57,14 @@ def test_corners_stay_and_so_do_curves_that_would_move_too_far() -> None:
 
 def test_a_line_in_pieces_is_one() -> None:
     assert len(tidied(outline("M20 20l30.1 .05l29.9-.05v40h-25l-.1.03h-34.9z"), 0.2)) == 4
+
+
+def test_short_slanted_lines_are_not_made_level() -> None:
+    """By .2 px on 2 px, a tenth; on 20 px that is a hundredth, and level."""
+    corners = tidied(outline("M20 20l20 .2v19.8l-2 .2-18-10z"), 0.2)[:, 0]
+    np.testing.assert_allclose(corners[:, 1], [20.1, 20.1, 40, 40.2, 30.2], atol=1e-9)
+
+
+def test_a_bend_between_two_lines_is_no_smooth_join() -> None:
+    joins = joins_of(outline("M20 20h20h20v40h-40z"))
+    assert joins.lines.all() and not joins.smooth.any()
