@@ -10,10 +10,12 @@ import pytest
 
 from livecl import Options
 from livecl.drawing.assembly import empty_drawing
-from livecl.training.ending import EARLIEST, NOTHING, SHARE, judge_progress
+from livecl.training.ending import judge_progress
 from livecl.training.state import State
 
 LENGTH = 200
+#: What the module says of itself: the first step after which a phase may end, and what the rest must be worth.
+EARLIEST, SHARE, NOTHING = 30, 0.01, 1 / 72
 
 
 def ended(loss_at: Callable[[int], float], limit: float = np.inf) -> tuple[int, int]:
@@ -53,6 +55,11 @@ def test_a_phase_that_cannot_come_below_its_limit_is_given_up_at_once() -> None:
     falling = lambda i: 1 - 0.001 * i  # noqa: E731
     assert ended(falling, limit=0.2) == (EARLIEST, EARLIEST)
     assert ended(falling, limit=0.95) == (LENGTH, LENGTH)
+    assert ended(falling, limit=0.87) == (EARLIEST, EARLIEST)  # it comes to .89 if half of the way is as steep
+
+
+def test_steps_of_long_ago_do_not_count() -> None:
+    assert ended(lambda i: 1 - 0.05 * min(i, 9)) == (EARLIEST, 2 * EARLIEST)
 
 
 def test_nothing_ends_in_the_second_half() -> None:
