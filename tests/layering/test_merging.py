@@ -16,6 +16,7 @@ from livecl import Drawing, Options
 from livecl.drawing.assembly import concatenate
 from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.image.errors import visible_mse
+from livecl.layering import merging
 from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas
 from livecl.layering.merging import Merged, _best, merge_neighbors
@@ -129,14 +130,20 @@ def test_the_errors_of_several_merges_add_up(rasterizer: Rasterizer) -> None:
         assert _merged(bars((4, 18)), rasterizer, factor * cost).drawing.num_layers == left
 
 
-def test_a_pair_that_would_cost_too_much_is_tried_once(rasterizer: Rasterizer) -> None:
+def test_a_pair_that_would_cost_too_much_is_tried_once(rasterizer: Rasterizer, monkeypatch: pytest.MonkeyPatch) -> None:
     # Two bars of two halves. The halves of the smaller one differ; they are not tried again after the other's merge.
     parts = [(2, 4, 12, RED), (20, 4, 12, (0.94, 0.14, 0.24, 1.0)), (2, 18, 30, RED), (20, 18, 30, RED)]
     drawing = shapes.build([([rectangle(x, top, x + 18, bottom)], c) for x, top, bottom, c in parts], SIZE)
     target = rasterizer.forward(drawing)
-    tried: list[int] = []
+    tried: list[tuple[int, int]] = []
+
+    def noted(context: Context, given: Drawing, alphas: np.ndarray, pair: tuple[int, int]) -> merging._Merge:
+        tried.append(pair)
+        return _best(context, given, alphas, pair)
+
+    monkeypatch.setattr(merging, "_best", noted)
     # With eight segments, as many as both halves have, the merge of equal ones costs nothing.
-    context = Context(rasterizer, target, Options(segments=8), lambda: tried.append(1))
+    context = Context(rasterizer, target, Options(segments=8))
     merged = merge_neighbors(context, drawing, np.ones(4, bool), 18 * 8 * 0.03**2 / (SIZE[0] * SIZE[1]))
     assert merged.sources.tolist() == [0, 1, -1]
     assert len(tried) == 2
