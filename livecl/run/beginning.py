@@ -89,7 +89,7 @@ def placed_by(
 ) -> Options:
     """Return the options with the placement that suits a picture and a number of paths: structure or regions.
 
-    Structure where the picture is flat and has not many more shapes: one path paints one shape there.
+    Structure where the picture is flat, or of shaded regions, whatever the number of paths.
 
     Structure stays as it is found: there are no revisions, which trade it for error, and no merging.
     """

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Iterator
 from collections.abc import Set as AbstractSet
 from typing import Any
 
@@ -19,7 +20,7 @@ from livecl.layering.structure.layers import Layer, find_layers
 from livecl.layering.structure.mosaic import MOST_PARTS, Mosaic, mosaic_of
 from livecl.layering.structure.parts import with_more_parts, with_parts
 from livecl.layering.structure.prices import PRICES, Prices
-from livecl.layering.structure.ranking import Structure, explained_miss
+from livecl.layering.structure.ranking import Structure, explained_miss, mask_of
 from livecl.layering.structure.smooth import SmoothRegions, smooth_regions, smoothness
 
 FloatArray = NDArray[np.float64]
@@ -42,15 +43,12 @@ MOST_REGIONS = 150
 #: hides that, and training does not bring much of it back. 26 of 30 icons have less than 0.01, the others 0.02 to 0.05,
 #: which training mends; a logo of which a whole wave was hidden 0.22.
 MAX_MISTAKEN = 0.1
-#: Share above which the paint order of the evidence alone is taken where it has no more: no two regions change places.
-SOME_MISTAKEN = 0.02
-#: Prices with which no two regions change places.
-UNTURNED = dataclasses.replace(PRICES, turn=np.inf)
+#: Mean squared error up to which the first explanation is taken; beyond, that of the least. Pixels decide first.
+SHOWN = 2e-4
 #: Share of a layer above which it is joined with no other shape: what joins two shapes hides what lies between them.
 LAYER_MISTAKEN = 0.002
-#: Mean squared error that the layers may hold for which there are too few paths: as much as regions leave on faces at 8
-#: paths, which paint several shapes with one path then.
-MAX_LEFT_OUT = 5e-4
+#: Prices with which no two regions change places.
+UNTURNED = dataclasses.replace(PRICES, turn=np.inf)
 #: Share of neighbouring pixels that differ a little from which on shading is looked for: a flat picture has hardly any.
 SOME_SLOPES = 0.004
 #: Largest number of layers, as a multiple of what is found, that counts as asked for: more are a limit.
@@ -64,7 +62,7 @@ def found_structure(
     shading: Shading | None = None,
     asked: int = 0,
 ) -> Structure | None:
-    """Return the structure of a picture; None where none explains it in about `most` layers.
+    """Return the structure of a picture, in `most` layers at most; None where none explains it.
 
     The target (H, W, C) is RGB, or premultiplied RGBA without a background (3,). Layers may have the gradients of
     `shading`; a picture without slopes is flat all the same. Where a flat picture shows fewer layers than are `asked`
@@ -79,7 +77,8 @@ def structure_of(
 ) -> Structure:
     """Return the structure of a picture; that of its flat regions where none explains it. Arguments as above."""
     pixels = _frozen(target, background)
-    return _explaining(*pixels, (most, asked), shading) or _flat(*pixels)
+    found = _explaining(*pixels, (most, asked), shading)
+    return found or _of_outlines(_parts(*pixels), np.array(pixels[2]))
 
 
 def _frozen(target: NDArray[Any], background: NDArray[Any] | None) -> tuple[bytes, tuple[int, ...], tuple[float, ...]]:
@@ -138,7 +137,8 @@ def _explained_by_regions(
     for regions in (smooth, noisy) if cheaper else (noisy, smooth):
         explaining = None
         if isinstance(regions, SmoothRegions):
-            explaining = _judged_smooth(Outlines(regions), np.array(ground), numbers[0])
+            found = _explained(Outlines(regions), np.array(ground), numbers[0])
+            explaining = found if found is not None and found.shaded else None
         elif regions is not None:
             explaining = _judged_flat(data, shape, ground, numbers)
         if explaining is not None:
@@ -148,60 +148,51 @@ def _explained_by_regions(
     return _judged_flat(data, shape, ground, numbers) if _many_explained(_regions(data, shape)) else None
 
 
-def _judged_smooth(outlines: Outlines, ground: FloatArray, most: int) -> Structure | None:
-    """Return the structure of a shaded picture, where it shows it; of the evidence alone, where only that does."""
-    for prices in (PRICES, UNTURNED):
-        found = _of_outlines(outlines, ground, prices)
-        if not found.shaded:
-            return None
-        explaining = _judged(found, most)
-        if explaining is not None:
-            return explaining
-    return None
-
-
 def _judged_flat(
     data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], numbers: tuple[int, int]
 ) -> Structure | None:
     """Return the structure of a flat picture, where it shows it, for layers at most and layers asked for."""
     most, asked = numbers
-    explanations = (_judged(of(data, shape, ground), most) for of in (_with_all_shown, _flat, _unturned))
-    found = next((found for found in explanations if found is not None), None)
+    outlines = _parts(data, shape, ground)
+    found = _explained(outlines, np.array(ground), most)
     if found is None or not len(found.ranked) < asked <= MOST_ASKED * len(found.ranked):
         return found
-    outlines = _parts(data, shape, ground)
     cut = with_more_parts(outlines, asked - len(found.ranked))
     if cut is outlines:
         return found
-    more = _of_outlines(cut, np.array(ground))
-    return _judged(more, most) or found if len(more.ranked) <= asked else found  # no cut makes others share a path
+    more = _explained(cut, np.array(ground), cut.count)
+    if more is None or len(more.ranked) > asked or more.error > max(found.error, SHOWN):
+        return found  # no cut makes others share a path
+    return more
 
 
-@functools.lru_cache(maxsize=2)
-def _flat(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...]) -> Structure:
-    found = _of_outlines(_parts(data, shape, ground), np.array(ground))
-    if found.mistaken > SOME_MISTAKEN:  # pixels decide first
-        unturned = _unturned(data, shape, ground)
-        found = unturned if unturned.mistaken <= SOME_MISTAKEN else found
-    return found
-
-
-@functools.lru_cache(maxsize=2)
-def _unturned(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...]) -> Structure:
-    return _of_outlines(_parts(data, shape, ground), np.array(ground), UNTURNED)
-
-
-@functools.lru_cache(maxsize=2)
-def _with_all_shown(data: bytes, shape: tuple[int, ...], ground: tuple[float, ...]) -> Structure:
-    """Return layers of which those that hid what the picture shows are joined with no others."""
-    found, apart = _flat(data, shape, ground), set[int]()
-    while hiding := found.mistaken_by(LAYER_MISTAKEN):
-        apart.update(*(layer.shown for layer in hiding))
-        again = _of_outlines(_parts(data, shape, ground), np.array(ground), apart=apart)
-        if again.mistaken >= found.mistaken:
+def _explained(outlines: Outlines, ground: FloatArray, most: int) -> Structure | None:
+    """Return the first explanation of which a number of layers show a picture, or that of the least error."""
+    best: Structure | None = None
+    for explanation in _explanations(outlines, ground):
+        found = _judged(explanation, most)
+        if found is not None and (best is None or found.error < best.error):
+            best = found
+        if best is not None and best.error <= SHOWN:
             break
-        found = again
-    return found
+    return best
+
+
+def _explanations(outlines: Outlines, ground: FloatArray) -> Iterator[Structure]:
+    """Yield explanations, the cheapest first: then with layers that hide what is seen joined with no others.
+
+    The same follows in the paint order of the evidence alone, where no two regions change places.
+    """
+    for prices in (PRICES, UNTURNED):
+        found, apart = _of_outlines(outlines, ground, prices), set[int]()
+        yield found
+        while hiding := found.mistaken_by(LAYER_MISTAKEN):
+            apart.update(*(layer.shown for layer in hiding))
+            again = _of_outlines(outlines, ground, prices, apart)
+            if again.error >= found.error:
+                break
+            found = again
+            yield found
 
 
 @functools.lru_cache(maxsize=2)
@@ -232,12 +223,8 @@ def _many_explained(regions: FlatRegions) -> bool:
 
 
 def _judged(found: Structure, most: int) -> Structure | None:
-    """Return a structure, united for a number of layers, where these show the picture; else None."""
-    if not len(found.ranked) or found.mistaken > MAX_MISTAKEN:
-        return None
-    found = found.united(most)
-    left_out = found.gains[found.ranked[most:]].sum()
-    return found if left_out <= MAX_LEFT_OUT * found.top.size * len(found.ground) else None
+    """Return a structure, united for a number of layers, where all of them show the picture; else None."""
+    return found.united(most) if len(found.ranked) and found.mistaken <= MAX_MISTAKEN else None
 
 
 def _of_outlines(
@@ -246,18 +233,12 @@ def _of_outlines(
     prices: Prices = PRICES,
     apart: AbstractSet[int] = frozenset(),
 ) -> Structure:
-    from skimage.draw import polygon2mask
-
     regions = outlines.regions
     layers, size = find_layers(outlines, ground, prices, apart), regions.labels.shape
     if isinstance(regions, SmoothRegions):
         layers = [one for layer in layers for one in (layer, *_over(layer, regions))]
-    masks = np.zeros((len(layers), *size), bool)
-    for mask, layer in zip(masks, layers, strict=True):
-        interruption.check()
-        for points in layer.outlines:
-            mask ^= polygon2mask(size, points[:, ::-1] - 0.5)
-    return Structure.of(regions, layers, ground, masks)
+    masks = np.array([mask_of(layer, size) for layer in layers], bool).reshape(-1, *size)
+    return Structure.of(regions, layers, ground, masks, outlines)
 
 
 def _over(layer: Layer, regions: SmoothRegions) -> list[Layer]:

@@ -116,8 +116,21 @@ class FlatRegions:
         )
 
     def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
-        """Return by how much the error rises where one fill stands for some regions and others: 0 or infinite."""
-        return 0.0 if all(self.alike(a, b) for a in one for b in other) else np.inf
+        """Return by how much the squared error rises where one colour stands for some regions and others.
+
+        0 where all are alike.
+        """
+        if all(self.alike(a, b) for a in one for b in other):
+            return 0.0
+        return self.one_color(one | other)[1] - self.one_color(one)[1] - self.one_color(other)[1]
+
+    def one_color(self, ids: frozenset[int]) -> tuple[FloatArray, float]:
+        """Return the colour (C,) of one of some regions that stands for all with the least squared error, and that."""
+        own = sorted(ids)
+        away = np.square(self.colors[own][:, None] - self.colors[own][None]).sum(axis=-1)
+        errors = away @ self.sizes[own]
+        best = int(errors.argmin())
+        return self.colors[own[best]], float(errors[best])
 
 
 def flatness(image: NDArray[np.floating]) -> tuple[float, float, int]:

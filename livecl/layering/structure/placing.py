@@ -49,7 +49,7 @@ class NextLayers:
     order : (N + K,) int
         Paint order of the N old layers and the new ones.
     weight : (H, W) float32
-        0 where layers will show that are not placed yet, 1 elsewhere.
+        0 where layers show that are not placed yet, or for which there are no paths, 1 elsewhere.
     numbers : (N + K,) int
         Number of each layer of the drawing in the whole structure, in paint order.
     top : (H, W) int
@@ -140,7 +140,10 @@ def place_structure(
         interruption.check()
         outlines.append(fitted_layer(found.layers[k], *noise))
     order = np.argsort(np.concatenate([np.sort(placed), new]), kind="stable")
-    missing = ndimage.binary_dilation(found.shows(found.ranked[last:]), np.ones((5, 5)))
+    missing = found.shows(found.ranked[last:])
+    if found.left_out is not None:
+        missing |= found.left_out
+    missing = ndimage.binary_dilation(missing, np.ones((5, 5)))
     colors = np.array([found.layers[k].color for k in new])
     numbers = np.sort(found.ranked[:last])
     fills = concatenate_fills([found.fills_of(k) for k in new])

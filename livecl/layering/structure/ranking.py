@@ -5,15 +5,19 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
 from livecl.drawing.fills import Fills
+from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.cores import pixel_centers
 from livecl.layering.structure.flat import SAME_COLOR, FlatRegions
 from livecl.layering.structure.layers import Layer
+from livecl.layering.structure.prices import signed_area
 from livecl.layering.structure.smooth import SmoothRegions
 
 FloatArray = NDArray[np.float64]
@@ -27,7 +31,25 @@ LEAST_GAIN, LEAST_PIXELS = 3.0, 64
 #: Share of a layer that must lie within another one to become a hole of it.
 INSIDE = 0.98
 #: Layers beyond the number wanted, as a share of it and more, that are looked at for uniting.
-UNITED_SHARE, UNITED_MORE = 2, 12
+UNITED_SHARE, UNITED_MORE = 2, 40
+#: Squared error that each px of the border is worth at which a shape ends that went on below another: .0009 on a face
+#: of 18 shapes at 8 paths, and whole shapes as without such unions. A thirtieth, which such a seam adds, the mean of
+#: (a (1 - a))^2 over coverages a, gives .0003, and on icons .0006 less overlap.
+SEAM = 0.3
+#: Share of the error of leaving the last layer out that one colour for two may cost: colours nearly as far from each
+#: other as from what lies below are not one.
+NEAR = 0.5
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Union:
+    """Two layers as one: the squared error lost, and their gains; their places, that of both, the lower's outlines."""
+
+    lost: tuple[float, float]
+    lower: int
+    upper: int
+    place: int
+    outlines: list[FloatArray]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -50,6 +72,10 @@ class Structure:
         Squared error that each removes.
     ranked : (K,) int
         Layers worth having, those that remove most first.
+    outlines : Outlines, optional
+        Of the regions, where layers that others hide may be cut to what is seen of them.
+    left_out : (H, W) bool, optional
+        Pixels that showed layers for which there are no paths.
     """
 
     regions: FlatRegions
@@ -59,9 +85,19 @@ class Structure:
     top: IntArray
     gains: FloatArray
     ranked: NDArray[np.intp]
+    outlines: Outlines | None = None
+    left_out: BoolArray | None = None
 
     @classmethod
-    def of(cls, regions: FlatRegions, layers: list[Layer], ground: FloatArray, masks: BoolArray) -> Structure:
+    def of(
+        cls,
+        regions: FlatRegions,
+        layers: list[Layer],
+        ground: FloatArray,
+        masks: BoolArray,
+        outlines: Outlines | None = None,
+        left_out: BoolArray | None = None,
+    ) -> Structure:
         """Rank layers by the error that each removes."""
         size = regions.labels.shape
         top, second = np.zeros((2, *size), np.int64)
@@ -76,7 +112,12 @@ class Structure:
         shown = np.bincount(top.ravel(), minlength=len(layers) + 1)[1:]
         order = np.argsort(-gains, kind="stable")
         ranked = order[(gains[order] >= LEAST_GAIN) | (shown[order] >= LEAST_PIXELS)]
-        return cls(regions, layers, ground, masks, top, gains, ranked)
+        return cls(regions, layers, ground, masks, top, gains, ranked, outlines, left_out)
+
+    @property
+    def _kept(self) -> tuple[Outlines | None, BoolArray | None]:
+        """What stays where layers are united."""
+        return self.outlines, self.left_out
 
     def fills_of(self, layer: int) -> Fills:
         """Return the fill of a layer."""
@@ -107,57 +148,85 @@ class Structure:
     @property
     def mistaken(self) -> float:
         """Share of the pixels within regions at which the layers, painted over each other, show something else."""
-        wrong, inner = self._wrong
-        return float(wrong.sum() / max(inner, 1))
+        return float(self._wrong.sum() / max(np.count_nonzero(self._missed[1]), 1))
+
+    @property
+    def error(self) -> float:
+        """Mean squared error that the layers, painted over each other, leave at pixels within regions."""
+        missed, inner = self._missed
+        return float(np.square(missed[inner]).sum() / missed.size)
 
     def mistaken_by(self, least: float) -> list[Layer]:
         """Return the layers that show something else at more than a share of the pixels within regions each."""
-        wrong, inner = self._wrong
-        counts = np.bincount(self.top[wrong], minlength=len(self.layers) + 1)[1:]
-        return [self.layers[k] for k in np.flatnonzero(counts > least * inner)]
+        counts = np.bincount(self.top[self._wrong], minlength=len(self.layers) + 1)[1:]
+        return [self.layers[k] for k in np.flatnonzero(counts > least * np.count_nonzero(self._missed[1]))]
 
     @functools.cached_property
-    def _wrong(self) -> tuple[BoolArray, int]:
-        """Pixels within regions at which the layers show something else, (H, W), and how many are within regions."""
+    def _wrong(self) -> BoolArray:
+        """Pixels within regions at which the layers show something else, (H, W)."""
+        missed, inner = self._missed
+        return np.asarray(inner & (np.abs(missed).max(axis=-1) > explained_miss(self.regions)))
+
+    @functools.cached_property
+    def _missed(self) -> tuple[FloatArray, BoolArray]:
+        """What the layers miss of the picture, (H, W, C), and which pixels lie within regions, (H, W)."""
         regions = self.regions
         inner = ndimage.minimum_filter(regions.labels, 3) == ndimage.maximum_filter(regions.labels, 3)
         seen = painted(regions, self.layers, self.ground, self.top)
         wanted = regions.image if isinstance(regions, SmoothRegions) else regions.colors[regions.labels]
-        miss = np.abs(seen - wanted).max(axis=-1)
-        return inner & (miss > explained_miss(regions)), int(inner.sum())
+        return np.asarray(seen - wanted), inner
 
     def united(self, most: int) -> Structure:
-        """Unite layers of one fill, where at most `most` are wanted and less is lost by it than by leaving one out.
+        """Unite layers or leave them out, whichever loses least, until there are at most `most`.
 
-        One path has several parts then, as the artist's own would have.
+        One path has several parts then, as the artist's own would have; of fills that are not the same that of one part
+        stands for both. A layer below what lies between goes on top of it, as far as it is seen.
         """
-        regions, found = self.regions, self
-        rises: dict[frozenset[frozenset[int]], float] = {}
+        found, rises = self, dict[frozenset[frozenset[int]], float]()
         while len(found.ranked) > most:
-            if isinstance(regions, SmoothRegions) and (opened := found._with_a_hole()) is not None:
+            if isinstance(self.regions, SmoothRegions) and (opened := found._with_a_hole()) is not None:
                 found = opened
                 continue
-            best: tuple[float, float, int, int, int] | None = None
-            looked_at = np.sort(found.ranked[: UNITED_SHARE * most + UNITED_MORE]).tolist()
-            looked_at = [k for k in looked_at if not found._overlaid(k)]
-            for i, lower in enumerate(looked_at):
-                for upper in looked_at[i + 1 :]:
-                    pair = found.layers[lower].shown, found.layers[upper].shown
-                    if (key := frozenset(pair)) not in rises:
-                        rises[key] = regions.rise(*pair)
-                    lost = rises[key], float(found.gains[lower] + found.gains[upper])
-                    if not np.isfinite(lost[0]) or (best is not None and lost >= best[:2]):
-                        continue
-                    place = found._place_of_both(lower, upper)
-                    if place is not None:
-                        best = *lost, lower, upper, place
-            if best is not None and best[0] <= found.gains[found.ranked[-1]]:
-                found = found._with_both(*best[2:])
-            elif (opened := found._with_a_hole()) is not None:
+            union = found._best_union(most, rises)
+            if (union is None or union.lost[0] > 0) and (opened := found._with_a_hole()) is not None:
                 found = opened
+            elif union is not None and union.lost[0] <= found.gains[found.ranked[-1]]:
+                found = found._with(union)
             else:
-                break
+                found = found._without(int(found.ranked[-1]))
         return found
+
+    def _best_union(self, most: int, rises: dict[frozenset[frozenset[int]], float]) -> _Union | None:
+        """Return the two layers by whose union least is lost; `rises` keeps what is lost by fills."""
+        looked_at = np.sort(self.ranked[: UNITED_SHARE * most + UNITED_MORE]).tolist()
+        looked_at = [k for k in looked_at if not self._overlaid(k)]
+        pairs = []
+        for lower, upper in itertools.combinations(looked_at, 2):
+            fills = self.layers[lower].shown, self.layers[upper].shown
+            if (key := frozenset(fills)) not in rises:
+                rises[key] = self.regions.rise(*fills)
+            if rises[key] <= NEAR * self.gains[self.ranked[-1]]:
+                pairs.append((rises[key], float(self.gains[lower] + self.gains[upper]), lower, upper))
+        best: _Union | None = None
+        for rise, gain, lower, upper in sorted(pairs):
+            if best is not None and (rise, gain) >= best.lost:
+                break
+            place = self._place_of_both(lower, upper)
+            if place is not None:
+                return _Union((rise, gain), lower, upper, place, self.layers[lower].outlines)
+            if (seen := self._seen_outlines(lower)) is not None:
+                lost = rise + SEAM * seen[1], gain
+                if best is None or lost < best.lost:
+                    best = _Union(lost, lower, upper, upper, seen[0])
+        return best
+
+    def _without(self, layer: int) -> Structure:
+        """Leave out a layer, with the fills over it."""
+        after = next((k for k in range(layer + 1, len(self.layers)) if not self.layers[k].over), len(self.layers))
+        kept = [*range(layer), *range(after, len(self.layers))]
+        layers, shown = [self.layers[k] for k in kept], self.shows(np.array([layer]))
+        left_out = shown if self.left_out is None else self.left_out | shown
+        return Structure.of(self.regions, layers, self.ground, self.masks[kept], self.outlines, left_out)
 
     def _with_a_hole(self) -> Structure | None:
         """Cut a layer out of the one that it lies on, as a hole, where the same shows below; the smallest first."""
@@ -187,7 +256,7 @@ class Structure:
                 both = layers[lower].shown | layers[layer].shown
                 layers[lower] = dataclasses.replace(layers[lower], shown=both)
             del layers[layer]
-            return Structure.of(self.regions, layers, self.ground, np.delete(masks, layer, axis=0))
+            return Structure.of(self.regions, layers, self.ground, np.delete(masks, layer, axis=0), *self._kept)
         return None
 
     def _place_of_both(self, lower: int, upper: int) -> int | None:
@@ -198,16 +267,38 @@ class Structure:
                 return place
         return None
 
-    def _with_both(self, lower: int, upper: int, place: int) -> Structure:
+    def _seen_outlines(self, layer: int) -> tuple[list[FloatArray], int] | None:
+        """Return the outlines of what is seen of a layer, and how much of them borders on other shapes, px."""
+        shown = self.layers[layer].shown
+        if self.outlines is None or not shown:
+            return None
+        contours = self.outlines.of(shown)
+        borders = sum(int(np.count_nonzero(contour.across >= 0)) for contour in contours)
+        return [contour.points for contour in contours], borders
+
+    def _with(self, union: _Union) -> Structure:
+        """Unite two layers."""
+        lower, upper = union.lower, union.upper
         layers, masks = list(self.layers), self.masks.copy()
-        one, other = layers[lower], layers[upper]
-        larger = one if self.masks[lower].sum() >= self.masks[upper].sum() else other
-        outlines = [*one.outlines, *other.outlines]
-        layers[place] = Layer(outlines, larger.color, one.shown | other.shown, exact=one.exact)
-        masks[place] = masks[lower] | masks[upper]
-        gone = lower + upper - place
+        one, other = dataclasses.replace(layers[lower], outlines=union.outlines), layers[upper]
+        shown = one.shown | other.shown
+        color = self.regions.one_color(shown)[0]
+        layers[union.place] = Layer([*one.outlines, *other.outlines], color, shown, exact=one.exact)
+        masks[union.place] = mask_of(one, masks.shape[1:]) | masks[upper]
+        gone = lower + upper - union.place
         del layers[gone]
-        return Structure.of(self.regions, layers, self.ground, np.delete(masks, gone, axis=0))
+        return Structure.of(self.regions, layers, self.ground, np.delete(masks, gone, axis=0), *self._kept)
+
+
+def mask_of(layer: Layer, size: tuple[int, int]) -> BoolArray:
+    """Return the pixels (H, W) within a layer's outlines."""
+    from skimage.draw import polygon2mask
+
+    interruption.check()
+    winding = np.zeros(size, np.int64)
+    for points in layer.outlines:
+        winding[polygon2mask(size, points[:, ::-1] - 0.5)] += int(np.sign(signed_area(points)))
+    return np.asarray(winding != 0)
 
 
 def explained_miss(regions: FlatRegions) -> float:

@@ -149,7 +149,7 @@ class SmoothRegions(FlatRegions):
         """Return by how much error and price of one fill for some regions and others exceed those of two fills."""
         solid = [ids for ids in (one, other) if self.paint(ids).solid]
         if len(solid) == 2:  # no ramp leads from one flat colour to another
-            return super().rise(one, other)
+            return 0.0 if super().rise(one, other) == 0 else np.inf
         moments = self._affine(one), self._affine(other)
         count = float(moments[0][0, 0] + moments[1][0, 0])
         apart = self.error(one) + self.error(other) + 3 * ONE_FILL * count

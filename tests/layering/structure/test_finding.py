@@ -13,6 +13,7 @@ from support.shapes import rectangle
 
 import livecl
 from livecl.drawing import LINEAR, SOLID, Drawing, Fills
+from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.fills import concatenate_fills
 from livecl.geometry.outlines import circle
 from livecl.layering.ramps import Shading
@@ -20,6 +21,9 @@ from livecl.layering.structure import finding
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.finding import found_structure
 from livecl.layering.structure.flat import clean_regions, noisy_regions
+from livecl.layering.structure.layers import Layer
+from livecl.layering.structure.placing import place_structure
+from livecl.layering.structure.ranking import mask_of
 
 WHITE, MANY = np.ones(3), 99
 SHADING = Shading(("linear", "radial"), 5e-6 / 28)
@@ -51,14 +55,61 @@ def test_layers_that_hide_what_the_picture_shows_are_no_structure(monkeypatch: p
     assert not found_structure(two_squares(0.6), WHITE, MANY)
 
 
-def test_too_few_paths_for_the_shapes_are_no_structure() -> None:
-    assert found_structure(two_squares(0.9), WHITE, 2)
-    assert not found_structure(two_squares(0.9), WHITE, 1)  # a square of 675 px or more would be left out
+def test_with_fewer_paths_than_shapes_the_largest_are_drawn() -> None:
+    found = found_structure(two_squares(0.9), WHITE, 1)
+    assert found is not None and len(found.ranked) == 1
+    new = place_structure(two_squares(0.9), empty_drawing((64, 64), WHITE), 1, 1)
+    assert new is not None
+    assert not new.weight[10:40, 10:24].any() and new.weight[28:, 28:].all()  # no path is trained on what has none
+    np.testing.assert_allclose(found.layers[found.ranked[0]].color, (0.1, 0.3, 0.8), atol=1e-6)  # 900 of 675 px
     speck = two_squares(0.9)
-    speck[5:8, 5:8] = 0.5  # 9 px of half the contrast: 9 / 4 of 4096 px is 5.5e-4, in all channels
-    assert not found_structure(speck, WHITE, 2)
-    speck[5:8, 5:8] = 0.6
-    assert found_structure(speck, WHITE, 2)
+    speck[5:8, 5:8] = 0.5
+    for paths, layers in ((3, 3), (2, 2)):
+        found = found_structure(speck, WHITE, paths)
+        assert found is not None and len(found.ranked) == layers
+        assert {int(found.masks[k].sum()) > 100 for k in found.ranked} == ({True, False} if paths == 3 else {True})
+
+
+def test_with_fewer_paths_than_shapes_near_colors_share_one() -> None:
+    image = two_squares(0.9)
+    image[5:20, 45:60] = (0.8, 0.2, 0.2)  # 225 px, which white would miss by .2, .8 and .8 and the other red by .1
+    found = found_structure(image, WHITE, 2)
+    assert found is not None
+    colors = {len(found.layers[k].outlines): found.layers[k].color for k in found.ranked}
+    np.testing.assert_allclose(colors[1], (0.1, 0.3, 0.8), atol=1e-6)
+    np.testing.assert_allclose(colors[2], (0.9, 0.2, 0.2), atol=1e-6)  # that of the larger
+
+
+def test_a_shape_behind_another_shares_a_path_with_one_before_it_as_far_as_it_is_seen() -> None:
+    image = two_squares(0.9)  # the red square goes on below the blue one
+    image[45:60, 45:60] = (0.9, 0.2, 0.2)  # a red one that lies across its corner
+    apart, shared = (found_structure(image, WHITE, paths) for paths in (3, 2))
+    assert apart is not None and shared is not None
+    assert [int(apart.masks[k].sum()) for k in np.sort(apart.ranked)] == pytest.approx([900, 900, 225], rel=0.1)
+    assert len(shared.ranked) == 2 and shared.error < 1e-3
+    areas = [int(shared.masks[k].sum()) for k in np.sort(shared.ranked)]
+    assert areas == pytest.approx([900, 675 + 225], rel=0.1)
+
+
+def test_parts_of_a_layer_that_overlap_count_once() -> None:
+    part = np.array([(2, 2), (12, 2), (12, 12), (2, 12)], float)
+    layer = Layer([part, part + 5, (part[::-1] - 7) / 5 + 4], np.zeros(3))  # the third runs the other way: a hole
+    assert mask_of(layer, (20, 20)).sum() == 100 + 100 - 25 - 4
+
+
+def test_of_explanations_that_show_too_little_the_one_of_least_error_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    find_layers, calls = finding.find_layers, []
+
+    def reversed_by_turns(outlines: Outlines, ground: Any, prices: Any, apart: Any) -> list[Layer]:
+        calls.append(prices.turn)
+        layers = find_layers(outlines, ground, prices, apart)
+        return layers[::-1] if np.isfinite(prices.turn) else layers
+
+    monkeypatch.setattr(finding, "mosaic_of", lambda image: None)
+    monkeypatch.setattr(finding, "find_layers", reversed_by_turns)
+    found = found_structure(two_squares(0.65), WHITE, MANY)  # reversed, the red square hides 225 px of the blue one
+    assert found is not None and found.error == 0
+    assert not np.isfinite(calls[-1])
 
 
 def shaded_bars(device: int) -> NDArray[np.float32]:
@@ -83,7 +134,9 @@ def test_layers_of_one_ramp_are_united_where_paths_are_few(device: int) -> None:
     found = found_structure(shaded_bars(device), WHITE, 2, SHADING)
     assert found is not None
     assert [len(found.layers[k].outlines) for k in found.ranked] == [2, 2]
-    assert found_structure(shaded_bars(device), WHITE, 1, SHADING) is None  # the two ramps are not one
+    one = found_structure(shaded_bars(device), WHITE, 1, SHADING)
+    assert one is not None
+    assert [len(one.layers[k].outlines) for k in one.ranked] == [2]  # the two ramps are not one
 
 
 def test_flat_shapes_of_one_color_are_one_path_only_where_paths_are_few() -> None:
@@ -99,7 +152,9 @@ def test_flat_shapes_of_one_color_are_one_path_only_where_paths_are_few() -> Non
         if paths == 3:
             united = next(k for k in found.ranked if len(found.layers[k].outlines) == 2)
             assert found.masks[united].sum() == pytest.approx(12**2 + 10**2, rel=0.1)
-    assert found_structure(image, WHITE, 1) is None
+    found = found_structure(image, WHITE, 1)
+    assert found is not None
+    assert [len(found.layers[k].outlines) for k in found.ranked] == [1]
 
 
 def test_what_shows_through_a_sign_is_a_hole_of_it_only_where_paths_are_few() -> None:
@@ -115,7 +170,9 @@ def test_what_shows_through_a_sign_is_a_hole_of_it_only_where_paths_are_few() ->
         assert [len(found.layers[k].outlines) for k in (plate, sign)] == [1, 1 + holes]
         assert found.masks[plate].sum() == pytest.approx(56**2, rel=0.05)
     image[20:32, 20:32] = (0.9, 0.2, 0.2)  # an eye of a colour of its own is none
-    assert found_structure(image, WHITE, 2) is None
+    found = found_structure(image, WHITE, 2)
+    assert found is not None
+    assert [len(found.layers[k].outlines) for k in np.sort(found.ranked)] == [1, 1]
 
 
 def battery() -> NDArray[np.float32]:
