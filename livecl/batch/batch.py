@@ -30,10 +30,7 @@ _log = logging.getLogger(__name__)
 class Workers:
     """Workers of a batch: how many, cores for each, and the address of a Dask scheduler, if any.
 
-    Raises
-    ------
-    ValueError
-        If a number is not usable; the message names it.
+    Raises ValueError if a number is not usable; the message names it.
     """
 
     count: int | None = None

@@ -100,12 +100,7 @@ def work_on_cluster(
     """Work on pictures with the workers of a cluster; see :func:`livecl.batch.pool.work_locally`.
 
     Dask cannot tell which of the pictures that a dead worker had was its end, and may give up all of them. Those are
-    tried once more when the others are done, one at a time.
-
-    Raises
-    ------
-    LiveclError
-        If the scheduler is lost.
+    tried once more when the others are done, one at a time. Raises LiveclError if the scheduler is lost.
     """
     if not client.nthreads():
         _log.warning("the scheduler has no workers yet; waiting for some")

@@ -33,11 +33,7 @@ def find_pictures(inputs: Iterable[str | os.PathLike[str]]) -> list[Input]:
     ``photos/a/b.png`` is ``a/b.svg`` where the folder ``photos`` was given, and ``b.svg`` where the file was. Where two
     would share a name, ignoring case, they are named by their place below the folder that holds all inputs, and where
     that does not tell them apart either (``b.png`` and ``b.jpg``), the picture's own ending is kept: ``b.png.svg``.
-
-    Raises
-    ------
-    ValueError
-        If an input is not there, or stands for no picture.
+    Raises ValueError if an input is not there, or stands for no picture.
     """
     found: dict[str, tuple[Path, Path]] = {}  # by real path: the file, and its path below the input
     for given in inputs:

@@ -102,10 +102,7 @@ class Summary:
 def _read(path: Path) -> list[Outcome]:
     """Return the rows of a table, without those that cannot be read; none where there is no file.
 
-    Raises
-    ------
-    ValueError
-        If the file is another's, which must not be overwritten.
+    Raises ValueError if the file is another's, which must not be overwritten.
     """
     try:
         reader = csv.DictReader(io.StringIO(path.read_text(encoding="utf-8")))

@@ -41,10 +41,7 @@ An existing output file is replaced only when the new one is complete.
 def parse_arguments(argv: Sequence[str] | None = None) -> argparse.Namespace:
     """Return the arguments; those not on the command line come from the file of ``--config``.
 
-    Raises
-    ------
-    ValueError
-        If they are not usable.
+    Raises ValueError if they are not usable.
     """
     parser = build_parser()
     command = ("livecl", *(sys.argv[1:] if argv is None else argv))

@@ -29,10 +29,7 @@ def complain(message: str, command: str = "livecl") -> None:
 def write_standard(data: bytes) -> None:
     """Write to standard output.
 
-    Raises
-    ------
-    OSError
-        If it fails; the rest is then discarded, so that Python does not retry at exit.
+    Raises OSError if it fails; the rest is then discarded, so that Python does not retry at exit.
     """
     try:
         sys.stdout.flush()

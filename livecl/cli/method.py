@@ -35,10 +35,7 @@ def add_method(add: Callable[..., argparse.Action]) -> None:
 def given_options(arguments: argparse.Namespace) -> Options:
     """Return the options: the preset's, as changed by the arguments.
 
-    Raises
-    ------
-    ValueError
-        If they do not go together.
+    Raises ValueError if they do not go together.
     """
     names = [field.name for field in dataclasses.fields(Options)]
     given = {name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None}
@@ -51,10 +48,7 @@ def given_options(arguments: argparse.Namespace) -> Options:
 def palette_text(text: str) -> str:
     """Return the colours that a file holds, parted by commas: of ``#rrggbb`` or GIMP's lines; other text as it is.
 
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        If a file holds none.
+    Raises argparse.ArgumentTypeError if a file holds none.
     """
     if not Path(text).is_file():
         return text

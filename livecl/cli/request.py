@@ -75,10 +75,7 @@ class BatchJob:
 def checked(arguments: argparse.Namespace) -> Job | BatchJob:
     """Read the picture, or find the pictures, and check all else that is asked for, without touching a file.
 
-    Raises
-    ------
-    ValueError, LiveclError
-        If it cannot be done; the message is one line for the user.
+    Raises ValueError or LiveclError if it cannot be done; the message is one line for the user.
     """
     from livecl.opencl.device import choose_device
 
@@ -178,10 +175,7 @@ def _said_of_paths(recipe: Recipe) -> dict[str, Any]:
 def _control_of(arguments: argparse.Namespace) -> Control:
     """Return time limit and checkpoint of the run of one picture.
 
-    Raises
-    ------
-    ValueError
-        If it would overwrite a file other than a checkpoint, or resume without one.
+    Raises ValueError if it would overwrite a file other than a checkpoint, or resume without one.
     """
     path = _checkpoint(arguments)
     if path is None and arguments.resume:

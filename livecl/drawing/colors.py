@@ -21,10 +21,7 @@ MAX_TEXT = 200
 def parse_rgba(text: str) -> Rgba:
     """Return the straight RGBA in [0, 1] of a CSS colour: a name, ``#`` and digits, ``rgb()``, ``hsl()``, ``hwb()``.
 
-    Raises
-    ------
-    ValueError
-        If `text` is no such colour.
+    Raises ValueError if `text` is no such colour.
     """
     from tinycss2 import color4
 
@@ -47,10 +44,7 @@ def parse_rgba(text: str) -> Rgba:
 def parse_color(text: str) -> FloatArray:
     """Return the RGB in [0, 1], (3,), of an opaque CSS colour: ``white``, ``#rgb``, ``#rrggbb``, ``rgb(r, g, b)``.
 
-    Raises
-    ------
-    ValueError
-        If `text` is no colour, or a translucent one.
+    Raises ValueError if `text` is no colour, or a translucent one.
     """
     if not isinstance(text, str):
         raise ValueError(f"color: got {reprlib.repr(text)}, wanted text such as 'white' or '#rrggbb'")

@@ -116,10 +116,7 @@ def fewest(picture: _Picture, colors: FloatArray, fixed: FloatArray) -> FloatArr
 def palette_of(text: str) -> FloatArray:
     """Return the colours (K, 3) of a palette: CSS colours parted by commas.
 
-    Raises
-    ------
-    ValueError
-        If one is no opaque colour.
+    Raises ValueError if one is no opaque colour.
     """
     return np.array([parse_color(part.strip()) for part in text.split(",")])
 

@@ -64,10 +64,7 @@ def _file_content(path: Path) -> bytes:
 def opened(name: str, data: bytes) -> ImageFile | None:
     """Return Pillow's picture, its pixels not yet decoded; None for a TIFF of a kind that Pillow does not know.
 
-    Raises
-    ------
-    ImageError
-        If it is no picture, or one of too many pixels.
+    Raises ImageError if it is no picture, or one of too many pixels.
     """
     from PIL import Image, ImageFile, UnidentifiedImageError
 

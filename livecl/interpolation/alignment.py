@@ -52,10 +52,7 @@ def split(cubic: ArrayLike, count: int) -> FloatArray:
 def subdivide(cubics: ArrayLike, count: int) -> FloatArray:
     """Cut a closed subpath (m, 4, 2) into `count` segments, m or more, the longest ones first, without moving it.
 
-    Raises
-    ------
-    ValueError
-        If there are more segments than wanted already.
+    Raises ValueError if there are more segments than wanted already.
     """
     cubics = np.asarray(cubics, dtype=np.float64)
     if count < len(cubics):

@@ -81,10 +81,7 @@ class OpenDevice:
     def buffer(self, name: str, size: int, content: NDArray[Any] | None = None) -> Any:
         """Return a new buffer.
 
-        Raises
-        ------
-        DeviceMemoryError
-            If the device has no room for it.
+        Raises DeviceMemoryError if the device has no room for it.
         """
         self.require_room({name: size})
         flags: int = cl.mem_flags.READ_WRITE
@@ -201,11 +198,8 @@ def choose_device(spec: int | str | None = None) -> int:
 def open_device(spec: int | str | None = None) -> OpenDevice:
     """Return the context and queue of a device, shared by all that use it in this process.
 
-    Raises
-    ------
-    DeviceError
-        If the device cannot be chosen or opened, or was opened before this process was forked off: OpenCL calls would
-        never return then.
+    Raises DeviceError if the device cannot be chosen or opened, or was opened before this process was forked off:
+    OpenCL calls would never return then.
     """
     if any(opened.process != os.getpid() for opened in _opened.values()):
         raise DeviceError(_FORKED)

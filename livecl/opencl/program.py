@@ -88,10 +88,8 @@ def build_options(dtype: np.dtype[Any], channels: int, fills: bool = False) -> l
 def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int, fills: bool = False) -> Any:
     """Build the program, once for each device, number type and number of channels, with gradient fills or without.
 
-    Raises
-    ------
-    KernelBuildError
-        If the compiler refuses; the message carries options, device and the first error, its `log` all of them.
+    Raises KernelBuildError if the compiler refuses; the message carries options, device and the first error, its `log`
+    all of them.
     """
     key = (opened, dtype.name, channels, fills)
     with _building:

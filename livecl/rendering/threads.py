@@ -23,10 +23,7 @@ from livecl.rendering.tiling import Grid
 def channels_of(drawing: Drawing) -> int:
     """Return the number of channels of a drawing's image: without a background, alpha is one.
 
-    Raises
-    ------
-    TypeError
-        If it is no drawing.
+    Raises TypeError if it is no drawing.
     """
     check_type("drawing", drawing, Drawing, WANTED_DRAWING)
     return 4 if drawing.background is None else 3

@@ -29,10 +29,7 @@ STRUCTURE_POINT_RATE = 0.3
 class Beginning:
     """Beginning of a run, whatever the picture.
 
-    Raises
-    ------
-    ValueError
-        If the seed is not usable.
+    Raises ValueError if the seed is not usable.
     """
 
     #: As for :func:`livecl.vectorize`; `start` of the picture's size.
@@ -52,10 +49,8 @@ class Beginning:
     def progress(self, image: NDArray[np.float32]) -> Progress:
         """Return the progress before the first stage on a picture, (H, W, 3) or (H, W, 4).
 
-        Raises
-        ------
-        ValueError
-            If the options have variant "released", which starts from nothing, and there is a start drawing.
+        Raises ValueError if the options have variant "released", which starts from nothing, and there is a start
+        drawing.
         """
         start, options = self.start, self.options
         if start is None:

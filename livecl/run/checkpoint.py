@@ -52,10 +52,7 @@ def identity_of(progress: Progress, target: NDArray[Any], seed: int, device: Dev
 def load_checkpoint(path: str | os.PathLike[str], identity: dict[str, Any]) -> tuple[Progress, Record]:
     """Read a checkpoint of :class:`Checkpoints`, of a run of the same identity.
 
-    Raises
-    ------
-    CheckpointError
-        If the file is no checkpoint, or one of another run; the message names the difference.
+    Raises CheckpointError if the file is no checkpoint, or one of another run; the message names the difference.
     """
     name = os.fspath(path)
     try:

@@ -57,10 +57,8 @@ class Loop:
     def train(self) -> None:
         """Train until all is done, or the run is to stop; its last state is then in the checkpoint, if there is one.
 
-        Raises
-        ------
-        LiveclError, MemoryError
-            If the run fails; the state is one that it can go on from, and is in the checkpoint.
+        Raises LiveclError or MemoryError if the run fails; the state is one that it can go on from, and is in the
+        checkpoint.
         """
         self._counted = time.perf_counter()
         try:

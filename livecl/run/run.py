@@ -96,10 +96,7 @@ class Run(Work):
     def step(self) -> float:
         """Do one iteration: loss, gradient, Adam. Returns the loss.
 
-        Raises
-        ------
-        LiveclError
-            If loss or gradient are not finite; the state is as it was before.
+        Raises LiveclError if loss or gradient are not finite; the state is as it was before.
         """
         state, options = self.state, self.state.options
         if state.iteration % training.PIECES_PERIOD == 0:

@@ -52,11 +52,8 @@ def decompressed(data: bytes) -> bytes:
 def parse_document(data: bytes) -> ElementTree.Element:
     """Return the root of an SVG document.
 
-    Raises
-    ------
-    ValueError
-        If it is too large or nested too deep, not a whole XML document, no SVG, refers to other files, or has entities
-        that expand to much.
+    Raises ValueError if it is too large or nested too deep, not a whole XML document, no SVG, refers to other files, or
+    has entities that expand to much.
     """
     data = decompressed(data)
     if len(data) > MAX_BYTES:
@@ -154,10 +151,7 @@ def _undeclared(entities: dict[str, str], data: bytes) -> str | None:
 def _expanded_length(entities: dict[str, str], data: bytes) -> int:
     """Return a bound on the characters that all references to entities in a document expand to.
 
-    Raises
-    ------
-    ValueError
-        If an entity refers to itself, or they nest deeper than is followed.
+    Raises ValueError if an entity refers to itself, or they nest deeper than is followed.
     """
     lengths: dict[str, int] = {}
 

@@ -42,12 +42,8 @@ def plain_data(text: str) -> str:
 def path_outline(data: str) -> tuple[list[FloatArray], bool]:
     """Return the closed subpaths of path data, up to where it breaks the grammar, and whether that was its end.
 
-    Subpaths of a single point or line, which enclose nothing, are dropped (SVG 1.1, F.2: errors).
-
-    Raises
-    ------
-    ValueError
-        If `data` holds numbers that are not finite.
+    Subpaths of a single point or line, which enclose nothing, are dropped (SVG 1.1, F.2: errors). Raises ValueError if
+    `data` holds numbers that are not finite.
     """
     pen = _Pen()
     whole = _draw(pen, data)

@@ -164,10 +164,7 @@ def outlined(lines: Lines, pen: Pen, tolerance: float) -> list[FloatArray]:
 def dashed(lines: Lines, pen: Pen) -> Lines:
     """Cut lines into dashes, anew from each subpath's start; those that meet at a closed one's start are one.
 
-    Raises
-    ------
-    ValueError
-        If there are more than MAX_DASHES.
+    Raises ValueError if there are more than MAX_DASHES.
     """
     dashes: list[FloatArray] = []
     for cubics, is_open in zip(lines.subpaths, lines.is_open, strict=True):

@@ -84,12 +84,8 @@ _Declarations = tuple[tuple[str, str, bool], ...]
 class StyleSheet:
     """The style sheets of a document, and the properties of each element.
 
-    What cannot be read is counted in `left_out`.
-
-    Raises
-    ------
-    ValueError
-        If a sheet nests brackets too deep, or sheets take too much work.
+    What cannot be read is counted in `left_out`. Raises ValueError if a sheet nests brackets too deep, or sheets take
+    too much work.
     """
 
     def __init__(self, root: Element, left_out: collections.Counter[str]) -> None:

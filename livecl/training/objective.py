@@ -90,14 +90,10 @@ class Objective:
         if state.options.variant == "released":
             first = int(drawing.segment_offsets[np.searchsorted(drawing.stages, state.stage)])
         cubics = drawing.cubics[first:]
-        ends: NDArray[Any] | None = None  # rows that are no curves
         if drawing.strokes.is_open.any():
-            ends = drawing.subpath_offsets[1:][drawing.strokes.is_open] - 1 - first
-            ends = ends[ends >= 0]
-            cubics[ends] = 0
+            ends = drawing.subpath_offsets[1:][drawing.strokes.is_open] - 1 - first  # rows that are no curves
+            cubics[ends[ends >= 0]] = 0
         value, d_cubics = xing_loss(cubics)
-        if ends is not None:
-            d_cubics[ends] = 0
         d_points = np.zeros_like(drawing.points)
         d_points[first:] = d_cubics[:, :3]
         d_points[drawing.next_segments[first:], 0] += d_cubics[:, 3]

@@ -13,9 +13,11 @@ from reference.flatten import flatten
 from reference.rounding import UNIT
 from support.runs import SMALL, new_run
 
-from livecl import Options
+from livecl import Drawing, Options, Rasterizer
+from livecl.drawing import Strokes
 from livecl.run.run import Run
-from livecl.training.objective import DISTANCE_TOLERANCE
+from livecl.training.objective import DISTANCE_TOLERANCE, Objective
+from livecl.training.state import State
 from livecl.training.xing import xing_loss
 
 
@@ -82,3 +84,47 @@ def test_the_program_s_loss_is_its_map_of_weights(device: int) -> None:
             xing = xing_loss(drawing.cubics[np.isin(drawing.segment_layers, newest)])[0]
             assert run_.step() == pytest.approx(error + 0.5 * xing, rel=LOSS_TOLERANCE)
         run_.end()
+
+
+def test_the_default_loss_is_the_mean_squared_error_under_the_weight_of_now(device: int) -> None:
+    run_ = new_run(Options(), (2,), device)
+    run_.begin()
+    error = _squared_error(run_, SMALL)
+    for weight in (np.ones((24, 24)), np.tri(24), 1 - np.tri(24), None):
+        run_.state.kept_weight = weight
+        expected = np.mean(error if weight is None else weight * error) / 3
+        assert run_.objective.evaluate(run_.state)[0] == pytest.approx(expected, rel=LOSS_TOLERANCE)
+
+
+def _xing_of(drawing: Drawing, device: int) -> tuple[float, NDArray[np.float64]]:
+    """Return the share of the Xing loss in an objective, and of its gradient by points, in single precision."""
+    rasterizer = Rasterizer(drawing.size, device)
+    objective, found = Objective(rasterizer, SMALL), []
+    for weight in (1.0, 0.0):
+        state = State.start(drawing, Options(xing_weight=weight), 0)
+        state.pieces = rasterizer.pieces(drawing)
+        found.append(objective.evaluate(state))
+    return found[0][0] - found[1][0], found[0][1].points - found[1][1].points
+
+
+def test_an_anchor_has_the_xing_loss_of_both_its_segments(device: int) -> None:
+    points = np.random.default_rng(3).uniform(2, 22, (5, 3, 2))
+    drawing = Drawing.from_outlines([[points]], (1, 0, 0, 1), (24, 24))
+    loss, d_cubics = xing_loss(drawing.cubics)
+    expected = d_cubics[:, :3].copy()
+    expected[:, 0] += np.roll(d_cubics[:, 3], 1, axis=0)
+    found, d_points = _xing_of(drawing, device)
+    assert loss > 0.1 and found == pytest.approx(loss, abs=1e-5)
+    np.testing.assert_allclose(d_points, expected, atol=1e-5)
+
+
+def test_beyond_the_end_of_an_open_line_nothing_crosses(device: int) -> None:
+    """The handles of its last row, which nothing draws, stay behind in training: they make a segment that costs."""
+    points = np.array([[(4, 4), (8, 4), (12, 8)], [(16, 8), (20, 20), (20, 4)]], dtype=np.float64)
+    strokes = Strokes(widths=[2.0], caps=[0], joins=[0], miter_limits=[4.0], is_open=[True])
+    drawing = Drawing.from_outlines([[points]], (1, 0, 0, 1), (24, 24), strokes=strokes)
+    drawing = drawing.moved(points, drawing.colors, drawing.background)
+    costs = [xing_loss(drawing.cubics[rows])[0] for rows in (slice(0, 1), slice(1, 2))]
+    assert costs[0] == 0 and costs[1] > 0.1
+    found, d_points = _xing_of(drawing, device)
+    assert found == pytest.approx(0, abs=1e-6) and np.abs(d_points).max() < 1e-6

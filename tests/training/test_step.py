@@ -15,7 +15,7 @@ from livecl.drawing import Fills
 from livecl.rendering.fills import FillGradients
 from livecl.run.callbacks import Step
 from livecl.training.state import State
-from livecl.training.step import hold_still, move, untangle_outlines
+from livecl.training.step import hold_still, move, untangle_outlines, untangles_now
 
 
 def test_only_a_trained_background_changes(device: int) -> None:
@@ -139,6 +139,29 @@ def test_locked_layers_and_hidden_points_get_no_gradient() -> None:
     assert gradients.fills.stop_colors.tolist() == [[0] * 4] * 2 + [[1] * 4] * 2
 
 
+def test_colors_of_a_palette_stay_and_opacities_do_not() -> None:
+    state = _two_fades(Options())
+    state.keeps_colors = True
+    gradients = dataclasses.replace(_ones(state), widths=np.ones(2))
+    hold_still(state, gradients)
+    assert gradients.colors.tolist() == [[0] * 4, [0, 0, 0, 1]]
+    assert gradients.widths is not None and gradients.widths.tolist() == [0, 1]
+
+
+@pytest.mark.parametrize(("placement", "straight"), [("structure", True), ("region", False)])
+def test_lines_of_structure_stay_lines_and_steps_go_by_the_longer_side(placement: str, straight: bool) -> None:
+    drawing = build([([rectangle(3, 4, 9, 11)], (1, 0, 0, 1))], (24, 48))
+    state = State.start(drawing, Options(placement=placement, full_rate_side=96), 0)  # type: ignore[arg-type]
+    gradients = dataclasses.replace(_ones(state), fills=None)
+    gradients.points[:, 1] *= -1
+    gradients.points[:, 0] *= 2
+    move(state, gradients)
+    points = state.drawing.points
+    np.testing.assert_allclose(drawing.points[:, 0] - points[:, 0], 0.5, rtol=1e-6)
+    thirds = points[:, 0] + (np.roll(points[:, 0], -1, axis=0) - points[:, 0]) / 3
+    assert np.allclose(points[:, 1], thirds, atol=1e-9) == straight
+
+
 @pytest.mark.parametrize(
     ("opacity", "iteration", "alphas"),
     [("opaque", 9, [0.95, 0.5, 0.95, 0.5]), ("snap", 9, [0.94, 0.49, 1, 0.49]), ("snap", 1, [0.94, 0.49, 0.94, 0.49])],
@@ -172,13 +195,28 @@ def test_a_loop_is_kept_where_it_shows_something(device: int) -> None:
 
 
 def test_only_small_loops_are_cut_without_a_look_at_what_they_show() -> None:
-    # Two lobes on either side of a crossing; of the second outline the lower one has 2 px^2.
-    shapes = [polygon([(2, 4), (14, 4), (4, 20), (12, 20)]), polygon([(16, 4), (28, 4), (21.1, 20), (22.9, 20)])]
+    # Two lobes on either side of a crossing, the lower one of 35, 4 and 2 px^2.
+    shapes = [polygon([(2, 4), (14, 4), (8 - half, 20), (8 + half, 20)]) for half in (4, 1.35, 0.9)]
     drawing = build([([shape], (1, 0, 0, 1)) for shape in shapes], (24, 30))
     state = State.start(drawing, Options(), 0)
     untangle_outlines(state)
     moved = (state.drawing.points != drawing.points).any(axis=(1, 2))
-    assert not moved[:4].any() and moved[4:].any()
+    assert not moved[:8].any() and moved[8:].any()
+
+
+def test_loops_are_looked_for_every_25_steps_of_the_second_half_and_at_its_end() -> None:
+    state = State.start(build([([rectangle(3, 4, 9, 11)], (1, 0, 0, 1))], (24, 24)), Options(iterations=110), 0)
+    looked = [state.iteration for state.iteration in range(1, 111) if untangles_now(state)]
+    assert looked == [75, 100, 110]
+
+
+def test_strokes_stay_as_wide_as_a_tenth_of_a_pixel_and_fills_stay_fills() -> None:
+    drawing = build([([rectangle(x, 4, x + 8, 20)], (1, 0, 0, 1)) for x in (2, 12)], (24, 24))
+    state = State.start(drawing.replace(strokes=drawing.strokes.with_widths([0.15, 0.0])), Options(), 0)
+    gradients = dataclasses.replace(_ones(state), fills=None, widths=np.ones(2))
+    for _ in range(3):
+        move(state, gradients)
+    assert state.drawing.strokes.widths.tolist() == [0.1, 0.0]
 
 
 def test_adam_starts_anew_for_segments_that_lost_a_loop() -> None:
