@@ -65,7 +65,7 @@ class Joins:
     smooth : (M,) bool
         Anchors at which two segments, one of them a curve, join smoothly.
     turns : (M,) float64
-        Sine of the angle at each anchor.
+        Sine of the angle at each anchor; 1 beyond right angles, and where a handle has no length.
     level : two lists of (k,) int
         Anchors that share x, along plumb lines, and y, along level ones.
     """
@@ -87,9 +87,8 @@ class Joins:
         into, out = self._steps(points)
         both = np.stack([np.hypot(*into.T), np.hypot(*out.T)])
         sine = np.abs(into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0]) / np.maximum(both.prod(axis=0), 1e-12)
-        self.turns = sine
-        smooth = rows & (both.min(axis=0) > SHORT) & (sine <= slack.turn)
-        self.smooth = smooth & ((into * out).sum(axis=1) > 0) & ~(self.lines & self.lines[self._before])
+        self.turns = np.where((both.min(axis=0) > SHORT) & ((into * out).sum(axis=1) > 0), sine, 1.0)
+        self.smooth = rows & (self.turns <= slack.turn) & ~(self.lines & self.lines[self._before])
         self._axes = np.abs(into + out) > slack.tilt * np.abs(into + out).max(
             axis=1, keepdims=True
         )  # else level, plumb

@@ -35,6 +35,8 @@ class Fit(SegmentPrices):
     #: Numbers that a smooth node saves, as a segment tells the direction of the next; twice as many at an extreme,
     #: whose direction is known.
     smooth: float = 1.0
+    flat: float = 4.0  # numbers that a corner costs more if it hardly turns: nobody draws such ones
+    side: float = 3.0  # numbers that a curve costs more for each straight side that it takes in
     level: float = 0.3  # largest distance, px, of a line that is made level or plumb
 
 
@@ -46,6 +48,8 @@ APEX, MEETING = 1.2, 0.3
 ROUNDING, ROUNDED = 1.25, 0.1
 #: Rounds of the handles' fit where nodes are chosen.
 ROUNDS = 2
+#: Share of a straight side from which on a curve takes it in.
+TAKEN = 0.5
 #: Longest run of one segment, as a share of the outline, that between smooth ends (half a circle is no cubic), and most
 #: pairs of places that are compared.
 LONGEST, LONGEST_SMOOTH, MOST_PAIRS = 0.6, 0.4, 2500
@@ -107,6 +111,9 @@ def _cheapest(
         Tangents(tangents[i], tangents[j], free),
     )
     curved, lined = segments.curves, segments.lines
+    for first, last in np.concatenate([trace.sides, trace.sides + count]):
+        inside = np.minimum(ends, last) - np.maximum(starts, first)
+        curved = curved + fit.side * (inside >= TAKEN * (last - first))
     chord = runs[:, -1] - runs[:, 0]
     flat = np.sort(np.abs([chord.real, chord.imag]), axis=0)
     lined -= flat[0] <= np.minimum(fit.level, TILT * flat[1])

@@ -49,6 +49,8 @@ FITS = (Fit(), Fit(tolerance=0.2, straight=0.15, straying=12.0))
 HIDDEN_WEIGHT, HIDDEN = 0.25, 0.6
 #: Most subpaths of a layer that are described one by one; more are all described in one way.
 MOST_APART = 24
+#: Sine of its turn from which on a corner costs no more than others.
+FLAT = 0.5
 #: Decimals that numbers are counted with.
 PRECISION = 3
 
@@ -255,6 +257,7 @@ def _price_of(data: bytes) -> float:
     lines = joins.lines.astype(int) + np.roll(joins.lines, 1)
     known = np.abs(joins.directions(subpath)).min(axis=1) < SHORT
     price = _numbers_of(subpath) + fit.corner * np.count_nonzero(~joins.smooth & (lines < 2))
+    price += fit.flat * float(np.maximum(1 - joins.turns / FLAT, 0)[~joins.smooth].sum())
     price -= fit.smooth * np.count_nonzero(joins.smooth)
     return float(price - fit.smooth * np.count_nonzero(joins.smooth & known & (lines == 0)))
 

@@ -26,6 +26,9 @@ EVENED, CORNERS_EVENED = 0.35, 0.6
 BEND_REACH, BENT = 3.0, 0.04
 #: Most places for nodes, beside corners, anchors and extremes, and their distance, px.
 PLACES, SPACING = 40, 2.0
+#: Shortest straight side, px; reach of the chord whose sagitta tells a bend, px, and largest sagitta, and largest
+#: distance of a side from its chord, px.
+SHORTEST_SIDE, SIDE_REACH, SAGITTA, STRAIGHT = 5.0, 2.0, 0.03, 0.05
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,6 +42,7 @@ class Trace:
     turning: FloatArray  # (K,), by how much it turns there, radians
     places: IntArray  # (Q,), samples at which a smooth node may stand, rising
     extreme: NDArray[np.bool_]  # (P,), samples next to which the outline is level or plumb at its outermost
+    sides: IntArray  # (S, 2), first and last samples of its straight sides, counted on past the last sample
 
     def tangent(self, samples: IntArray, reach: float = 1.0) -> FloatArray:
         """Return unit tangents at samples (n,): of the chord from `reach` px before to as much after, (n, 2)."""
@@ -71,12 +75,13 @@ def trace(cubics: FloatArray) -> Trace | None:
     bends, turns = _corners(_evened(points, CORNERS_EVENED / step), step)
     points = _evened(points, EVENED / step)
     extremes = _extremes(points, step)
+    sides = _sides(points, step)
     spaced = np.arange(0, count, max(SPACING / step, count / PLACES)).astype(np.int64)
     near = np.rint(anchors / step).astype(np.int64) % count
-    places = np.unique(np.concatenate([near, np.flatnonzero(extremes), spaced, bends]))
+    places = np.unique(np.concatenate([near, np.flatnonzero(extremes), spaced, bends, sides.ravel() % count]))
     # Evened, a corner would pass for a bend: one that turns within a step is no smooth node.
     places = np.setdiff1d(places, bends[sharp[bends] & (turns > SURE)])
-    return Trace(points, step, np.ones(count), bends, turns, places, extremes)
+    return Trace(points, step, np.ones(count), bends, turns, places, extremes, sides)
 
 
 def _evened(points: FloatArray, deviation: float) -> FloatArray:
@@ -111,3 +116,25 @@ def _extremes(points: FloatArray, step: float) -> NDArray[np.bool_]:
     far = (outward[0] * outward[1] > 0) & (np.minimum(*np.abs(outward)) > BENT)
     turns = (points - np.roll(points, 1, axis=0)) * (np.roll(points, -1, axis=0) - points) <= 0
     return np.asarray((far & turns).any(axis=1))
+
+
+def _sides(points: FloatArray, step: float) -> IntArray:
+    """Return the first and last samples of the straight sides of a closed trace, (S, 2)."""
+    z, count = points @ (1, 1j), len(points)
+    reach = max(1, round(SIDE_REACH / step))
+    chord = np.roll(z, -reach) - np.roll(z, reach)
+    off = ((z - np.roll(z, reach)) * chord.conj()).imag / np.maximum(np.abs(chord), 1e-9)
+    flat = np.abs(off) <= SAGITTA
+    if flat.all() or not flat.any():
+        return np.zeros((0, 2), np.int64)
+    starts = np.flatnonzero(flat & ~np.roll(flat, 1))
+    ends = np.flatnonzero(flat & ~np.roll(flat, -1))
+    ends = ends if ends[0] >= starts[0] else np.roll(ends, -1)
+    ends = np.where(ends < starts, ends + count, ends)
+    kept = []
+    for a, b in zip(starts, ends, strict=True):
+        run = z[np.arange(a, b + 1) % count]
+        way = run[-1] - run[0]
+        if abs(way) >= SHORTEST_SIDE and np.abs(((run - run[0]) * way.conjugate()).imag).max() <= STRAIGHT * abs(way):
+            kept.append((a, b))
+    return np.array(kept, np.int64).reshape(-1, 2)

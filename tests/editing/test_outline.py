@@ -6,9 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from livecl.editing.constraints import Joins
 from livecl.editing.outline import Fit, editable_outline
 from livecl.editing.trace import trace
 from livecl.geometry import bezier
+from livecl.svg import read_svg
 from livecl.svg.outline_data import format_outline, rounded_points
 from livecl.svg.shapes import ellipse_outline, rectangle_outline
 
@@ -37,6 +39,10 @@ def edited(cubics: np.ndarray, fit: Fit | None = None) -> np.ndarray:
     path = editable_outline(traced, fit or Fit())
     assert path is not None
     return path
+
+
+def joins_of(path: np.ndarray) -> Joins:
+    return Joins(path, np.roll(np.arange(len(path)), -1), np.ones(len(path), bool))
 
 
 def data_of(path: np.ndarray) -> str:
@@ -91,11 +97,22 @@ def test_half_disc_keeps_its_corners() -> None:
         assert np.hypot(*(path[:, 0] - corner).T).min() < 0.2
 
 
+def test_a_straight_side_before_a_bend_is_a_line() -> None:
+    """A side of 10 px that would do as the beginning of the curve after it, for fewer numbers."""
+    true = cubics_of(read_svg(b'<svg width="90" height="90"><path d="M20 60l-3-10q-2-20 20-20h30v30z"/></svg>').points)
+    taken, kept = (edited(split(true, 2, 0.02), Fit(side=side)) for side in (0.0, 3.0))
+    lines = [int(joins_of(path).lines.sum()) for path in (taken, kept)]
+    assert lines == [3, 4]
+    assert distance(kept, true) < Fit().tolerance
+
+
 def test_tolerance_bounds_straying() -> None:
     rng = np.random.default_rng(3)
     angles = np.sort(rng.uniform(0, 2 * np.pi, 14))
     blob = polygon(*(50 + 30 * np.stack([np.cos(angles), np.sin(angles)], 1) * rng.uniform(0.7, 1, (14, 1))).tolist())
-    coarse, fine = (edited(blob, Fit(tolerance=t, straight=t, straying=s)) for t, s in ((2.0, 0.1), (0.1, 40.0)))
+    coarse, fine = (
+        edited(blob, Fit(tolerance=t, straight=t, straying=s, side=0)) for t, s in ((2.0, 0.1), (0.1, 40.0))
+    )
     assert len(coarse) < len(fine)
     assert distance(fine, blob) < 0.6 < distance(coarse, blob)
 

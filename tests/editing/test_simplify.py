@@ -127,6 +127,16 @@ def test_bent_joins_cost_more_and_smooth_ones_less_than_their_numbers() -> None:
     assert [price_of([points]) - numbers_of([points]) for points in (bent, smooth, level)] == [3, -3, -4]
 
 
+def test_joins_that_hardly_turn_cost_more_than_smooth_ones_and_than_corners() -> None:
+    costs = []
+    for turn in (0, 2, 10, 40):
+        join = f"{60 - 20 * np.cos(np.radians(turn)):.6f} {50 - 20 * np.sin(np.radians(turn)):.6f}"
+        path = f"M60 80c-20 0-40-10-40-30C20 30 {join} 60 50C80 50 100 60 100 65C100 75 80 80 60 80Z"
+        points = read_svg(f'<svg width="120" height="90"><path d="{path}"/></svg>'.encode()).points
+        costs.append(price_of([points]) - numbers_of([points]))
+    assert costs[0] < costs[3] < costs[2] < costs[1]
+
+
 def test_an_ellipse_that_is_nearly_a_circle_costs_more_than_one() -> None:
     circle, oval = (ellipse(np.array([40.0, 40.0]), radii) for radii in ((9.0, 9.0), (9.0, 9.0001)))
     assert circle is not None and oval is not None

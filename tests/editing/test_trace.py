@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from support.shapes import circle, rectangle
 
 from livecl.editing.trace import EVENED, LEAST, STEP, Trace, trace, turning
+from livecl.svg.shapes import rectangle_outline
 
 FloatArray = NDArray[np.float64]
 CENTER, RADIUS = np.array((30.0, 26.0)), 20.0
@@ -76,3 +77,13 @@ def test_turning_is_the_angle_between_chords() -> None:
     np.testing.assert_allclose(found[[1, 3]], 0, atol=1e-12)
     assert abs(found[2]) == pytest.approx(np.pi / 2) and abs(found.sum()) == pytest.approx(2 * np.pi)
     np.testing.assert_allclose(turning(points[::-1], 1)[::-1], -found)
+
+
+def test_straight_sides_are_those_between_arcs_and_corners() -> None:
+    box = rectangle_outline(10, 8, 60, 40, 12, 12)[0][:, :3]
+    found = traced(box)
+    lengths = found.step * (found.sides[:, 1] - found.sides[:, 0])
+    np.testing.assert_allclose(np.sort(lengths), [16, 16, 36, 36], atol=3)
+    assert np.isin(found.sides % len(found.points), found.places).all(), "nodes may stand at their ends"
+    assert len(traced(rectangle(10, 8, 50, 32)).sides) == 4
+    assert not len(traced(circle(tuple(CENTER), RADIUS)).sides)
