@@ -48,8 +48,8 @@ def test_a_shape_that_strays_gets_its_lines_and_smooth_joins_back() -> None:
 def test_corners_stay_and_so_do_curves_that_would_move_too_far() -> None:
     """A join that turns by 16 degrees between long handles: smooth only where the tolerance allows for it."""
     bent = outline("M20 60c0-30 20-40 40-40c20 6 40 20 40 40c-20 10-60 10-80 0")
-    turned = [joins_of(tidied(bent, tolerance)).smooth for tolerance in (0.05, 2.0)]
-    np.testing.assert_array_equal(turned, [[False] * 3, [False, True, False]])
+    turned = [joins_of(tidied(bent, tolerance)).smooth for tolerance in (0.05, 0.3, 2.0)]
+    np.testing.assert_array_equal(turned, [[False] * 3, [False] * 3, [False, True, False]])
     gaps = distances(tidied(bent, 2.0), bent)
     assert 0.2 < gaps.max() < 2.0
     np.testing.assert_array_equal(tidied(bent, 0.05), bent)
@@ -59,10 +59,23 @@ def test_a_line_in_pieces_is_one() -> None:
     assert len(tidied(outline("M20 20l30.1 .05l29.9-.05v40h-25l-.1.03h-34.9z"), 0.2)) == 4
 
 
+def test_a_join_that_turns_by_30_degrees_is_a_corner() -> None:
+    bent = outline("M20 60c0-30 20-40 40-40c20 11.5 40 20 40 40c-20 10-60 10-80 0")
+    assert not joins_of(tidied(bent, 5.0)).smooth.any()
+
+
+def test_a_spike_stays() -> None:
+    assert len(tidied(outline("M20 20h-10h30v20h-20z"), 0.2)) == 5
+
+
 def test_short_slanted_lines_are_not_made_level() -> None:
     """By .2 px on 2 px, a tenth; on 20 px that is a hundredth, and level."""
     corners = tidied(outline("M20 20l20 .2v19.8l-2 .2-18-10z"), 0.2)[:, 0]
     np.testing.assert_allclose(corners[:, 1], [20.1, 20.1, 40, 40.2, 30.2], atol=1e-9)
+
+
+def test_lines_that_rise_by_half_a_pixel_are_not_made_level() -> None:
+    np.testing.assert_allclose(tidied(outline("M20 20l20 .5v19.5h-20z"), 0.2)[:, 0, 1], [20, 20.5, 40, 40], atol=1e-9)
 
 
 def test_a_bend_between_two_lines_is_no_smooth_join() -> None:
