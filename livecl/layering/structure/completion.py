@@ -19,7 +19,7 @@ from livecl import interruption
 from livecl.geometry.crossings import polygon_crossing_area
 from livecl.layering.structure.continuations import Gap, bridges, curves, direction_at_end, tangent
 from livecl.layering.structure.contours import AFTER, BEFORE, COMPLETED, Contour, Outlines
-from livecl.layering.structure.prices import Prices, outline_price, signed_area
+from livecl.layering.structure.prices import Prices, hidden_price, outline_price, signed_area, sliver_price
 from livecl.layering.structure.primitives import FARTHEST, fitted_primitive
 
 FloatArray = NDArray[np.float64]
@@ -93,8 +93,7 @@ def _points_between(inner: Contour, outer: Contour) -> FloatArray:
 
 def _whole_price(whole: Contour, seen: Contour, prices: Prices) -> float:
     """Return the price of the whole outline of a contour, its hidden area included."""
-    grown = max(0.0, abs(whole.area) - abs(seen.area))
-    return outline_price(whole.points, prices) + prices.hidden * float(np.log1p(grown / abs(seen.area)))
+    return outline_price(whole.points, prices) + hidden_price(whole.area, seen.area, prices)
 
 
 def _around(
@@ -150,6 +149,7 @@ def _gaps_closed(
                 closed = _spliced((contour, kept, curve))
                 grown = max(0.0, abs(closed.area) - area)
                 cost = outline_price(closed.points, prices) + prices.hidden * grown / area
+                cost += sliver_price(grown / area, prices)
                 accidents = prices.accident * _accidents(contour, start, length, curve)
                 if (best is None or cost + accidents < best[0] - prices.better) and _simple(closed):
                     best = cost + accidents, cost, closed

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from livecl import interruption
 from livecl.layering.structure.completion import SHORTEST_GAP, completed, joined
 from livecl.layering.structure.contours import AFTER, BEFORE, OWN, Contour, Outlines
-from livecl.layering.structure.prices import Prices, outline_price, signed_area
+from livecl.layering.structure.prices import Prices, hidden_price, outline_price, signed_area
 
 FloatArray = NDArray[np.float64]
 Pairs = dict[tuple[int, int], float]
@@ -212,7 +212,8 @@ def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], p
                 continue
             below = outlines.covers((o,))
             saved = price - completed(contour, below, outlines.room((k,), below), outlines, prices)[1]
-            both = price - outline_price(outlines.of((k, o))[0].points, prices)
+            whole = outlines.of((k, o))[0]
+            both = price - outline_price(whole.points, prices) - hidden_price(whole.area, contour.area, prices)
             if both > saved + prices.saving:
                 markings[k, o] = both
             own = _junctions(contour, o, hull, outlines.regions.sizes[k], prices)

@@ -35,6 +35,8 @@ class Prices:
         One corner more, beside its turning.
     hidden : float
         Hidden area as large as the visible one.
+    sliver : float
+        Hidden area, as a multiple of the visible one, beyond which it costs `hidden` times the square besides.
     accident : float
         A radian by which an outline turns, or begins to, just where it disappears below another.
     primitive : float
@@ -70,6 +72,7 @@ class Prices:
     simple: float = 2 * np.pi + 3.0
     corner: float = 0.5
     hidden: float = 0.3
+    sliver: float = 4.0
     accident: float = 0.5
     primitive: float = 0.5
     saving: float = 0.2
@@ -123,6 +126,20 @@ def outline_price(points: FloatArray, prices: Prices = PRICES) -> float:
     peaks = rises & (sizes > np.concatenate([sizes[1:], sizes[:1]]))
     corners = np.clip((sizes[peaks] - CORNER_FROM) / CORNER_OVER, 0, 1).sum()
     return float(sizes.sum() / 3 + prices.corner * corners)
+
+
+def hidden_price(whole: float, seen: float, prices: Prices = PRICES) -> float:
+    """Return the price of what is hidden of a known shape, from its whole and its visible area, of any sign."""
+    share = max(0.0, abs(whole) / max(abs(seen), 1e-9) - 1)
+    return prices.hidden * float(np.log1p(share)) + sliver_price(share, prices)
+
+
+def sliver_price(share: float, prices: Prices = PRICES) -> float:
+    """Return what a hidden area, as a multiple of the visible one, costs besides.
+
+    Nobody draws a disc to show a sliver of it.
+    """
+    return prices.hidden * max(0.0, share - prices.sliver) ** 2
 
 
 def signed_area(points: FloatArray) -> float:

@@ -91,6 +91,16 @@ def test_a_disc_of_which_a_third_of_the_rim_is_seen_is_whole() -> None:
     check(picture(*layers), *layers)
 
 
+def test_a_thin_shade_along_a_rim_is_no_disc_behind_it() -> None:
+    rim = disc(48, 48, 36)
+    outlines = Outlines(flat_regions(picture((rim, YELLOW), (rim & ~disc(45, 46, 36), RED))))
+    shade, face = (int(outlines.regions.labels[y, x]) for x, y in ((77, 68), (40, 40)))
+    below = outlines.marks([face])
+    arguments = outlines.outer(shade), below, outlines.room([shade], below), outlines
+    assert abs(filled_out(*arguments, PRICES).area) < 1600
+    assert abs(filled_out(*arguments, dataclasses.replace(PRICES, sliver=99)).area) > 3500  # as it has tips
+
+
 def test_a_board_keeps_the_corner_that_a_disc_hides() -> None:
     layers = (box(10.5, 12.5, 70.5, 66.5), RED), (disc(66, 62, 22), BLUE)
     check(picture(*layers), *layers, least=0.98)

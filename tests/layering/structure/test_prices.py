@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from livecl.layering.structure.prices import PRICES, outline_price, signed_area
+from livecl.layering.structure.prices import PRICES, hidden_price, outline_price, signed_area, sliver_price
 
 FloatArray = NDArray[np.float64]
 FULL = 2 * np.pi
@@ -64,3 +64,11 @@ def test_areas_have_the_sign_of_the_way_round() -> None:
     assert signed_area(polygon(SQUARE)) == pytest.approx(1600)
     assert signed_area(polygon(SQUARE)[::-1]) == pytest.approx(-1600)
     assert signed_area(polygon(BAY) + np.array((7, -3))) == pytest.approx(2000)
+
+
+def test_a_hidden_area_costs_by_its_share_and_much_where_a_sliver_is_seen() -> None:
+    assert hidden_price(10, 10) == hidden_price(8, 10) == 0
+    assert hidden_price(-20, 10) == pytest.approx(PRICES.hidden * np.log(2))
+    assert sliver_price(PRICES.sliver) == 0
+    disc, crescent = FULL, 2 * FULL  # what they turn by at least, the second with its two tips
+    assert hidden_price(4, 1) < crescent - disc < hidden_price(12, 1)
