@@ -27,7 +27,7 @@ def ramp(start: tuple[float, float], end: tuple[float, float], *stops: tuple[flo
 
 
 BASE = ramp((0, 0), (20, 60), (0.1, 0.7, 0.7, 1), (0.1, 0.4, 0.9, 1))
-FADING = ramp((60, 0), (50, 60), (*PINK, 0), (*PINK, 0), (*PINK, 0.7))
+FADING = ramp((60, 0), (50, 60), (*PINK, 0), (*PINK, 0), (*PINK, 0.95))
 
 
 def eight_bits(colors: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -62,7 +62,9 @@ def test_a_round_shadow_on_one_colour_is_found_again() -> None:
 
 
 def test_there_is_no_other_fill_over_one_that_does() -> None:
-    assert fit_overlaid(POINTS, eight_bits(BASE.at(POINTS)), PRICE, KINDS) is None
+    wanted = eight_bits(BASE.at(POINTS))
+    one = fit_paint(POINTS, wanted, np.ones(len(POINTS)), PRICE, KINDS)
+    assert fit_overlaid(POINTS, wanted, PRICE, KINDS, most=one.error + PRICE * (one.numbers + 24)) is None
 
 
 def test_what_costs_less_otherwise_is_left() -> None:
