@@ -35,10 +35,8 @@ NOISE = (0.45 / 255) ** 2
 CENTERS, REACH, SMALLEST_STEP = 5, 1.0, 0.1
 #: Pixels by which the centres of the grid are compared.
 GRID_PIXELS = 100
-#: Rounds of a search, at most, and the share of the error under which a round counts as no progress.
+#: Rounds of a pattern search, at most, and the share of the error under which a round counts as no progress.
 SEARCH_ROUNDS, LEAST_PROGRESS = 60, 0.002
-#: Longest step of a search, in steps by which it looks about, and the factor by which these shrink at most in a round.
-LONGEST_STEP, SHORTER = 2.0, 0.25
 #: Directions of stretching that an ellipse is looked for in.
 STRETCHES = 8
 #: Largest ratio of the axes of an ellipse.
@@ -145,7 +143,7 @@ def fit_paint(
     -----
     Linear: of the regression c = m + B (p - mean p), the best B of rank 1 is that of the singular value decomposition
     of B S^(1/2), S being the covariance of the pixels; its row is the direction. Radial: centres of a grid, the best of
-    which is moved and stretched to an ellipse by a search. Either has a ramp through evenly placed knots, of
+    which is moved and stretched to an ellipse by a pattern search. Either has a ramp through evenly placed knots, of
     which stops are left out while that costs less than they do.
     """
     step = -(-len(points) // MAX_PIXELS)
@@ -200,7 +198,7 @@ def _linear(pixels: Pixels, price: float) -> list[Paint]:
         return ramps.errors(np.stack([np.cos(angles[:, 0]), np.sin(angles[:, 0])], axis=1) @ (few.points - center).T)
 
     start = np.array([np.arctan2(direction[1], direction[0])])
-    angle = float(_searches(errors, start[None], np.array([0.2]), 0.01)[0, 0])
+    angle = float(_pattern_searches(errors, start[None], np.array([0.2]), 0.01)[0, 0])
     direction = np.array([np.cos(angle), np.sin(angle)])
     t = offset @ direction
     if not t.max() > t.min():
@@ -230,13 +228,13 @@ def _radial(pixels: Pixels, price: float) -> list[Paint]:
     distances = np.linalg.norm(fewer.points - centers[:, None], axis=2)
     start = np.append(centers[np.argmin(Ramps(fewer).errors(distances))], (0.0, 0.0))
     steps = np.array([span[0] / 8, span[1] / 8, 0.0, 0.0])
-    circular = _searches(errors, start[None], steps, SMALLEST_STEP / span.max())[0]
+    circular = _pattern_searches(errors, start[None], steps, SMALLEST_STEP / span.max())[0]
     steps = np.array([span[0] / 16, span[1] / 16, 0.2, 0.2])
     turns = np.linspace(0, 2 * np.pi, STRETCHES, endpoint=False)
     stretches = 0.4 * np.stack([np.cos(turns), np.sin(turns)], axis=1)
     starts = [np.column_stack([np.tile(c, (STRETCHES, 1)), stretches]) for c in (circular[:2], few.points.mean(axis=0))]
     starts[0] = np.concatenate([starts[0], circular[None], *_quadric(few)])
-    elliptic = best(_searches(errors, np.array([best(some) for some in starts]), steps, 0.02))
+    elliptic = best(_pattern_searches(errors, np.array([best(some) for some in starts]), steps, 0.02))
     return [
         _painted(RADIAL, geometry, pixels, price)
         for shape in (circular, elliptic)
@@ -288,40 +286,27 @@ def _ellipse(shape: FloatArray, points: FloatArray) -> FloatArray | None:
     return np.array([shape[:2], shape[:2] + axes[0], shape[:2] + axes[1]])
 
 
-def _searches(
+def _pattern_searches(
     errors: Callable[[FloatArray], FloatArray], starts: FloatArray, steps: FloatArray, smallest: float
 ) -> FloatArray:
-    """Minimize from several starts (S, n): each round looks a step to both sides along each coordinate.
+    """Minimize from several starts (S, n) by the best step along a coordinate.
 
-    Next it looks about the place where the parabolas through the three errors of each coordinate are lowest (Newton's
-    step, without mixed derivatives), with steps as long as that one; or about the best place known, with shorter ones,
-    where that was none. A start is done when its steps are down to a share `smallest` of the first.
+    Steps are halved where none helps, down to a share `smallest` of the first.
     """
-    moved = np.flatnonzero(steps)
-    num = len(moved)
-    moves = np.zeros((2 * num + 1, len(steps)))
-    moves[np.arange(1, num + 1), moved] = steps[moved]
-    moves[num + 1 :] = -moves[1 : num + 1]
-    best, trials = starts.copy(), starts.copy()
-    least, shares = np.full(len(starts), np.inf), np.ones(len(starts))
-    left = np.arange(len(starts))
+    moves = np.concatenate([np.diag(steps), -np.diag(steps)])[np.tile(steps > 0, 2)]
+    best, least, shares = starts.copy(), errors(starts), np.ones(len(starts))
+    under_way = np.arange(len(starts))
     for _ in range(SEARCH_ROUNDS):
         interruption.check()
-        share, before = shares[left, None], least[left]
-        shapes = trials[left, None] + share[:, :, None] * moves
-        costs = errors(shapes.reshape(-1, len(steps))).reshape(len(left), -1)
+        trials = best[under_way, None] + shares[under_way, None, None] * moves
+        costs = errors(trials.reshape(-1, trials.shape[2])).reshape(len(under_way), -1)
         cheapest = costs.argmin(axis=1)
-        lowest = costs[np.arange(len(left)), cheapest]
-        better = lowest < before
-        best[left[better]], least[left[better]] = shapes[better, cheapest[better]], lowest[better]
-        middle, up, down = costs[:, :1], costs[:, 1 : num + 1], costs[:, num + 1 :]
-        fall, bend = down - up, up + down - 2 * middle
-        go = np.clip(fall / (2 * np.maximum(bend, np.abs(fall) / 4 + 1e-300)), -LONGEST_STEP, LONGEST_STEP)
-        held = middle[:, 0] <= before
-        trials[left] = np.where(held[:, None], shapes[:, 0] + share * (go @ moves[1 : num + 1]), best[left])
-        going = held & (lowest < (1 - LEAST_PROGRESS) * before)
-        shares[left] *= np.where(going, np.clip(np.abs(go).max(axis=1), SHORTER, 1), SHORTER)
-        left = left[shares[left] >= smallest]
-        if not len(left):
+        for row, k in enumerate(under_way.tolist()):
+            if costs[row, cheapest[row]] < (1 - LEAST_PROGRESS) * least[k]:
+                best[k], least[k] = trials[row, cheapest[row]], costs[row, cheapest[row]]
+            else:
+                shares[k] /= 2
+        under_way = under_way[shares[under_way] >= smallest]
+        if not len(under_way):
             break
     return best
