@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -60,8 +61,18 @@ def outlines_of(drawing: Drawing) -> list[list[FloatArray]]:
 
 
 def with_outlines(drawing: Drawing, outlines: Sequence[Sequence[FloatArray]], **fields: Any) -> Drawing:
-    """Return a drawing whose layers have other outlines, the subpaths (m, 3, 2) of each, and other `fields`."""
+    """Return a drawing whose layers have other outlines, the subpaths (m, 3, 2) of each, and other `fields`.
+
+    Filled layers may get more or fewer subpaths; which lines of strokes are open stays as it is.
+    """
     subpaths = [subpath for outline in outlines for subpath in outline]
+    if "strokes" not in fields and drawing.strokes.any:
+        strokes, offsets = drawing.strokes, drawing.layer_offsets
+        opened = [
+            strokes.is_open[slice(*offsets[layer : layer + 2])] if width else np.zeros(len(outline), bool)
+            for layer, (width, outline) in enumerate(zip(strokes.widths, outlines, strict=True))
+        ]
+        fields["strokes"] = dataclasses.replace(strokes, is_open=np.concatenate(opened))
     return drawing.replace(
         points=np.concatenate(subpaths),
         subpath_offsets=np.cumsum([0, *map(len, subpaths)]),

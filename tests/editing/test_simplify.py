@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from livecl.drawing import Drawing
+from livecl.drawing import Drawing, Strokes
 from livecl.editing import editable, simplify
 from livecl.editing.constraints import Constraints
 from livecl.editing.simplify import NUMBER_ERROR, numbers_of, price_of
@@ -17,7 +17,7 @@ from livecl.geometry import bezier
 from livecl.layering.context import Context
 from livecl.options import PRESETS, Options
 from livecl.quality import self_crossing
-from livecl.rendering.rasterizer import Rasterizer
+from livecl.rendering import Rasterizer, render
 from livecl.svg import format_svg, quantize, read_svg
 from livecl.svg.primitives import ellipse, rectangle
 
@@ -272,3 +272,23 @@ def test_outlines_that_cross_themselves_fall_into_parts_that_show_the_same() -> 
     assert np.diff(found.layer_offsets).tolist() == [2, 1] and context.visible_mse(found) < 1e-6
     kept = editable(context_of(drawing, untangle=False), drawing, np.ones(2, bool))
     assert self_crossing(kept).all()
+
+
+def test_outlines_that_fall_into_parts_beside_strokes() -> None:
+    """An outline that crosses itself gets more subpaths; which of the strokes' are open stays right."""
+    rows = np.array([(10, 10), (54, 50), (54, 10), (10, 50)], dtype=float)
+    after = np.roll(rows, -1, axis=0)
+    bow = np.stack([rows, rows + (after - rows) / 3, after - (after - rows) / 3], axis=1)
+    line = np.stack([[(8.0, 58.0), (24.0, 58.0), (40.0, 58.0)], [(56.0, 58.0)] * 3])
+    drawing = Drawing.from_outlines(
+        [[line], [bow]],
+        [[0.1, 0.1, 0.1, 1], [0.8, 0.2, 0.1, 1]],
+        (64, 64),
+        strokes=Strokes(widths=[3, 0], is_open=np.array([True, False])),
+    )
+    context = Context(Rasterizer((64, 64)), render(drawing), Options())
+
+    found = editable(context, drawing, np.ones(2, bool))
+
+    assert len(found.subpaths(1)) == 2
+    assert found.strokes.is_open.tolist() == [True, False, False]
