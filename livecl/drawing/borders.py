@@ -7,18 +7,27 @@ them filled and one stroked. The stroke lies above the fill, or beneath it (`pai
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import SOLID
+
+if TYPE_CHECKING:
+    from livecl.drawing.drawing import Drawing
 
 IntArray = NDArray[np.int64]
+
+#: Smallest opacity that is written as more than 0, in 8 bits.
+LEAST_OPACITY = 0.5 / 255
 
 
 def border_pairs(drawing: Drawing) -> IntArray:
     """Return the filled and the stroked layer of each pair of one outline: (K, 2), the lowest pair first.
 
-    They have one stage, one name and one group.
+    They have one stage, one name and one group. A stroke that is wholly transparent is none: with a fill, an SVG's is
+    not drawn.
     """
     pairs: list[tuple[int, int]] = []
     free = 0
@@ -44,6 +53,7 @@ def _is_pair(drawing: Drawing, fill: int, stroke: int) -> bool:
     own, others = (drawing.subpaths(layer) for layer in (fill, stroke))
     return (
         not drawing.strokes.widths[fill]
+        and (drawing.fills.kinds[stroke] != SOLID or drawing.colors[stroke, 3] >= LEAST_OPACITY)
         and not drawing.strokes.is_open[first:end].any()
         and [rows.stop - rows.start for rows in own] == [rows.stop - rows.start for rows in others]
         and drawing.stages[fill] == drawing.stages[stroke]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.drawing.borders import border_pairs
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.checks import MAX_NAME, clean_name
 from livecl.drawing.color_words import BASIC_WORDS, color_names
@@ -43,10 +44,12 @@ def layer_labels(drawing: Drawing) -> tuple[str, ...]:
     """Return each layer's name, or where it has none one of colour, shape and place: ``orange circle left``.
 
     The place is where the centre of the layer's area lies in the canvas's thirds; in the middle third also "left of
-    center" and the like. A gradient is named by its stops:
-    ``yellow to orange circle left``. Of several such names that are equal, all but the first are numbered, from 2 on.
+    center" and the like. A gradient is named by its stops: ``yellow to orange circle left``. Of several such names that
+    are equal, all but the first are numbered, from 2 on. The stroke around a fill
+    (:func:`livecl.drawing.borders.border_pairs`) has the fill's label.
     """
-    unnamed = [layer for layer, name in enumerate(drawing.names) if not name]
+    fills = {stroke: fill for fill, stroke in border_pairs(drawing).tolist()}
+    unnamed = [layer for layer, name in enumerate(drawing.names) if not name and layer not in fills]
     if not unnamed:
         return drawing.names
     labels, taken, counts = list(drawing.names), set(drawing.names), dict[str, int]()
@@ -58,7 +61,7 @@ def layer_labels(drawing: Drawing) -> tuple[str, ...]:
             label = f"{name} {counts[name]}"
         taken.add(label)
         labels[layer] = label
-    return tuple(labels)
+    return tuple(labels[fills.get(layer, layer)] for layer in range(len(labels)))
 
 
 def name_from_id(identifier: str) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
-from livecl.editing import bordered, editable, with_few_colors
+from livecl.editing import editable, with_few_colors
 from livecl.errors import LiveclError
 from livecl.layering.merging import can_merge, merge_neighbors
 from livecl.layering.pruning import needed_layers
@@ -174,6 +174,8 @@ class Run(Work):
         if self.finished:
             best = quantize(editable(self, with_few_colors(self, best, holds != LOCKED), holds != LOCKED))
             if state.options.strokes == "auto":
+                from livecl.editing import bordered  # loads SciPy
+
                 best, sources = bordered(self, best, holds == FREE)
                 best, holds = quantize(best), holds[sources]
         drawing = needed_layers(self, best, least, holds == FREE)

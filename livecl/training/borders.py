@@ -28,14 +28,21 @@ class Borders:
     @classmethod
     def of(cls, drawing: Drawing, locked: NDArray[np.bool_]) -> Borders:
         """Find the pairs of a drawing, without those of which one layer alone is locked, (N,) bool."""
+        if not drawing.strokes.any:
+            return _NONE
         pairs = border_pairs(drawing)
         return cls(*paired_rows(drawing, pairs[locked[pairs[:, 0]] == locked[pairs[:, 1]]]))
 
     def gather(self, d_points: FloatArray) -> None:
         """Move the gradients of strokes to the fills that they surround, in place: (M, 3, 2)."""
-        d_points[self.fills] += d_points[self.strokes]
-        d_points[self.strokes] = 0
+        if len(self.fills):
+            d_points[self.fills] += d_points[self.strokes]
+            d_points[self.strokes] = 0
 
     def restore(self, points: FloatArray) -> None:
         """Let the strokes follow the fills, in place: (M, 3, 2) px."""
-        points[self.strokes] = points[self.fills]
+        if len(self.fills):
+            points[self.strokes] = points[self.fills]
+
+
+_NONE = Borders(np.zeros(0, np.int64), np.zeros(0, np.int64))

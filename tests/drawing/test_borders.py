@@ -9,6 +9,7 @@ from support.line_art import polygon
 
 from livecl.drawing import Drawing, Strokes
 from livecl.drawing.borders import border_pairs, paired_rows
+from livecl.svg import format_svg, read_svg
 
 SQUARE = polygon((10, 10), (30, 10), (30, 30), (10, 30))[0]
 TRIANGLE = polygon((40, 10), (60, 10), (50, 30))[0]
@@ -49,6 +50,7 @@ def test_a_layer_is_of_one_pair() -> None:
         _drawing((SQUARE, 0), (SQUARE + 0.001, 3)),
         _drawing((SQUARE, 0), (TRIANGLE, 0), (SQUARE, 3)),
         _drawing((SQUARE, 0), (SQUARE, 3), is_open=True),
+        _drawing((SQUARE, 0), (SQUARE, 3)).replace(colors=[[1, 0, 0, 1], [0, 0, 1, 0]]),
         _drawing((SQUARE, 0), (SQUARE, 3)).replace(names=["a", "b"]),
         _drawing((SQUARE, 0), (SQUARE, 3)).replace(stages=[0, 1]),
         _drawing((SQUARE, 0), (SQUARE, 3)).replace(groups=[("a",), ()]),
@@ -56,3 +58,13 @@ def test_a_layer_is_of_one_pair() -> None:
 )
 def test_other_layers_are_no_pairs(drawing: Drawing) -> None:
     assert len(border_pairs(drawing)) == 0
+
+
+def test_both_layers_have_the_label_that_is_written() -> None:
+    drawing = _drawing((SQUARE, 0), (SQUARE, 3), (TRIANGLE, 0))
+    drawing = drawing.replace(colors=[[1, 0, 0, 1], [0, 0, 1, 1], [0, 0, 1, 1]])
+
+    fill, stroke, other = drawing.labels
+
+    assert fill == stroke != other
+    assert read_svg(format_svg(drawing).encode()).labels == drawing.labels

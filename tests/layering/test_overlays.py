@@ -27,7 +27,7 @@ def ramp(start: tuple[float, float], end: tuple[float, float], *stops: tuple[flo
 
 
 BASE = ramp((0, 0), (20, 60), (0.1, 0.7, 0.7, 1), (0.1, 0.4, 0.9, 1))
-FADING = ramp((60, 0), (50, 60), (*PINK, 0), (*PINK, 0), (*PINK, 0.95))
+FADING = ramp((60, 0), (50, 60), (*PINK, 0), (*PINK, 0), (*PINK, 0.7))
 
 
 def eight_bits(colors: NDArray[np.float64]) -> NDArray[np.float64]:
