@@ -8,6 +8,7 @@ constants of the modules that are loaded, so on the tests before.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import pickle
 import re
 import subprocess
@@ -95,6 +96,22 @@ def test_of_two_defects_each_has_its_case() -> None:
     assert [one.case[0] for one in found] == ["Options", "command line"]
     assert len(found[0].case[1]) <= 3  # fields, of more than twenty
     assert len(found[1].case[1]) <= 6  # words
+
+
+def test_a_second_defect_is_found_however_slow_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hypothesis looks no further than ten seconds after the first finding: here these are over at once."""
+    clock = itertools.count(0, 100)
+    monkeypatch.setattr("hypothesis.internal.conjecture.engine.time.monotonic", lambda: next(clock))
+
+    def check(case: tuple[str, Any]) -> str:
+        if case[0] in ("Options", "schedule"):
+            raise KeyError(case[0]) if case[0] == "Options" else ZeroDivisionError(case[0])
+        return "taken"
+
+    assert [one.what for one in smallest("options", check, 100)] == [
+        "KeyError: 'Options'",
+        "ZeroDivisionError: schedule",
+    ]
 
 
 def test_what_goes_wrong_only_once_is_said_to() -> None:

@@ -24,6 +24,8 @@ from fuzzing.kind import Kind
 
 #: Length of a finding's text.
 MAX_CHARACTERS = 300
+#: Between the seeds of two searches, the second of which is for what the first has not found.
+FURTHER = 15_485_863
 
 
 @dataclasses.dataclass(frozen=True)
@@ -71,13 +73,19 @@ class Search:
         self._kind, self._before, self._after = kind, before, after
 
     def run(self, *, seed: int, most: int) -> None:
-        """Try cases, `most` besides those that are tried to make one smaller; the same seed gives the same ones."""
-        for cases, number in ((self._kind.cases, most - most // 2), (self._kind.others, most // 2)):
-            if number:
-                self._search(cases, seed, number)
+        """Try cases, `most` besides those that are tried to make one smaller; the same seed gives the same ones.
 
-    def _search(self, cases: st.SearchStrategy[Any], seed: int, most: int) -> None:
-        known = set(self.found)  # those of the cases that can be made smaller are kept
+        Hypothesis looks no further than some seconds after the first finding: then other cases are tried, as many,
+        until there is nothing new among them.
+        """
+        for cases, number in ((self._kind.cases, most - most // 2), (self._kind.others, most // 2)):
+            turn = 0
+            while number and self._search(cases, seed + turn * FURTHER, number):
+                turn += 1
+
+    def _search(self, cases: st.SearchStrategy[Any], seed: int, most: int) -> bool:
+        """Try cases, and return whether one goes wrong at a place where none has before."""
+        known = set(self.found)
 
         @seeded(seed)
         @settings(
@@ -95,11 +103,12 @@ class Search:
                 self.counts[checked(self._kind, case)] += 1
             except Exception as error:
                 where, what = described(error)
-                if where not in known:
-                    is_new = where not in self.found
-                    self.found[where] = Finding(what, case)
-                    if is_new:
-                        self._after()
+                if where in known:
+                    return
+                is_new = where not in self.found
+                self.found[where] = Finding(what, case)
+                if is_new:
+                    self._after()
                 raise
 
         try:
@@ -109,8 +118,9 @@ class Search:
                 where: dataclasses.replace(one, always=False) for where, one in self.found.items() if where not in known
             }
         except Exception:
-            if not self.found:  # no case's error
+            if len(self.found) == len(known):  # no case's error
                 raise
+        return len(self.found) > len(known)
 
 
 def checked(kind: Kind, case: Any) -> str:
