@@ -31,7 +31,7 @@ class Context:
     @functools.cached_property
     def partitions(self) -> TargetPartitions:
         """Partitions of the target, made when they are first asked for."""
-        return TargetPartitions(self.target)
+        return TargetPartitions(self.target, self.options.prune * 3 * self.target[..., 0].size)
 
     @functools.cached_property
     def changes(self) -> Changes:

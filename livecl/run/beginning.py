@@ -97,7 +97,8 @@ def placed_by(
         interruption.check()
         target, ground = target_over(image, drawing.background), drawing.background
         asked = 0 if options.path_gain else count
-        kind = structure_kind(target, ground, count, shading_of(options), asked)
+        least = max(options.prune, options.path_gain)
+        kind = structure_kind(target, ground, count, shading_of(options), asked, least)
         if kind is not None:
             opacity: Literal["opaque", "train"] = "train" if options.opacity == "train" else "opaque"
             if kind == "cells":  # nothing is left to train, nor to simplify

@@ -30,6 +30,9 @@ FloatArray = NDArray[np.float64]
 
 #: Points of an outline that are averaged to find its noise at longer waves: JPEG has blocks of 8 px, half a wave is 4.
 WIDTHS = (2, 4)
+#: Mean squared error, of layers that are not worth their price each, from which on these show too much to be left out:
+#: regions show it by fewer, larger ones.
+MAX_LEFT_OUT = 5e-4
 #: Points at which a segment is looked at, and the share of a point from which on a control point decides on it.
 SAMPLES, LEAST_SHARE = 9, 0.2
 
@@ -105,15 +108,24 @@ def structure_kind(
     count: int,
     shading: Shading | None,
     asked: int = 0,
+    least: float = 0.0,
 ) -> Literal["shapes", "cells"] | None:
     """Return whether shapes of one fill each explain a picture (H, W, C), or cells of pixel art; None if neither.
 
-    `count` layers show about all of them. Arguments as of :func:`livecl.layering.structure.finding.found_structure`.
+    `count` layers show about all of them, and so do those that lower the mean squared error by `least` each: what
+    these leave out would show what lies below. Arguments as of
+    :func:`livecl.layering.structure.finding.found_structure`.
     """
     found = found_structure(target, background, count, shading, asked)
-    if found is None:
+    if found is None or _left_out(found, least) > MAX_LEFT_OUT:
         return None
     return "cells" if found.exact else "shapes"
+
+
+def _left_out(found: Structure, least: float) -> float:
+    """Return the mean squared error of layers that are worth less than that each: they will be left out."""
+    size = 3 * found.top.size
+    return float(found.gains[found.gains < least * size].sum() / size)
 
 
 def place_structure(
