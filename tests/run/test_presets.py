@@ -13,6 +13,8 @@ from support.shapes import circle
 
 import livecl
 from livecl import Drawing, Options
+from livecl.drawing.assembly import empty_drawing
+from livecl.run.beginning import placed_by
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SIZE = (96, 96)
@@ -55,3 +57,17 @@ def test_clip_art_leaves_out_layers_that_the_default_has() -> None:
     assert clipart.drawing.num_layers < default.drawing.num_layers
     assert clipart.drawing.num_segments < default.drawing.num_segments
     assert clipart.mse < 3e-4
+
+
+def test_small_shapes_that_icons_leave_out_leave_no_gaps() -> None:
+    """A plate of pale cells, none of which is worth a layer of an icon, is no stack of layers without them."""
+    rng = np.random.default_rng(4)
+    image = np.ones((128, 128, 3), np.float32)
+    image[4:124, 4:124] = 0.9, 0.45, 0.1
+    for row, column in np.ndindex(10, 10):
+        top, left = np.array([8, 8]) + 11 * np.array([row, column]) + rng.integers(0, 3, 2)
+        height, width = rng.integers(5, 8, 2)
+        image[top : top + height, left : left + width] = np.array([0.95, 0.65, 0.4]) - 0.04 * rng.integers(0, 3)
+    drawing = empty_drawing((128, 128))
+    default, icon = (placed_by(Options.preset(name), image, drawing, 256).placement for name in ("default", "icon"))
+    assert (default, icon) == ("structure", "region")
