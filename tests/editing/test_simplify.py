@@ -190,13 +190,18 @@ def slanted() -> Drawing:
     )
 
 
+def random_step(drawing: Drawing, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a step of what may change, all layers constrained, and the points after it; no step changes none."""
+    constraints = Constraints(drawing, np.ones(drawing.num_layers, bool))
+    np.testing.assert_allclose(constraints.points(constraints.start), drawing.points, atol=1e-8)
+    moves = constraints.gradient(constraints.start, np.random.default_rng(seed).normal(0, 1, drawing.points.shape))
+    return moves, constraints.points(constraints.start + moves)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_slanted_joins_turn_and_stay_smooth_and_round_ends_stay_round(seed: int) -> None:
     drawing = slanted()
-    constraints = Constraints(drawing, np.ones(2, bool))
-    np.testing.assert_allclose(constraints.points(constraints.start), drawing.points, atol=1e-8)
-    moves = constraints.gradient(constraints.start, np.random.default_rng(seed).normal(0, 1, drawing.points.shape))
-    moved = constraints.points(constraints.start + moves)
+    _, moved = random_step(drawing, seed)
     for points, least in ((drawing.points, 0.0), (moved, 0.005)):
         for into, out, was in (
             (points[1, 0] - points[0, 0], points[1, 1] - points[1, 0], (30.0, 8.0)),
@@ -213,10 +218,8 @@ def test_slanted_joins_turn_and_stay_smooth_and_round_ends_stay_round(seed: int)
 def test_constraints_hold_after_any_move(seed: int) -> None:
     """Of coordinates by 1 px along a gradient, which is the same for those that are shared."""
     drawing = constrained()
-    constraints = Constraints(drawing, np.ones(4, bool))
-    np.testing.assert_allclose(constraints.points(constraints.start), drawing.points, atol=1e-8)
-    moves = constraints.gradient(constraints.start, np.random.default_rng(seed).normal(0, 1, drawing.points.shape))
-    moved = drawing.replace(points=constraints.points(constraints.start + moves))
+    moves, points = random_step(drawing, seed)
+    moved = drawing.replace(points=points)
     assert np.abs(moved.points - drawing.points).max() > 0.3
     svg = format_svg(moved)
     assert [svg.count(tag) for tag in ("<path", "<circle", "<rect id=", "<ellipse")] == [1, 1, 1, 1]
