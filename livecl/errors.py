@@ -62,7 +62,7 @@ def readable(text: str) -> str:
 MAX_LISTED = 12
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def name_hint(name: str, known: Iterable[str]) -> str:
     """Return a hint for a name that there is not: the nearest that there is, or the first ones of all."""
     known = list(known)
     if near := difflib.get_close_matches(name, known, n=1, cutoff=0.5):

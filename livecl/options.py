@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args, get_type_hints
 
 from livecl.drawing.checks import python_number
 from livecl.drawing.colors import parse_color
-from livecl.errors import nearest
+from livecl.errors import name_hint
 from livecl.image.background import check_background
 
 #: Fall of the mean squared error that a path must be worth where the number of paths is left to the program. A black
@@ -268,7 +268,7 @@ def _with_hints(init: Callable[..., None]) -> Callable[..., None]:
     def checked(*args: Any, **values: Any) -> None:
         for name in values:
             if name not in known:
-                raise TypeError(f"Options: there is no field {name!r}; {nearest(name, known)}")
+                raise TypeError(f"Options: there is no field {name!r}; {name_hint(name, known)}")
         init(*args, **values)
 
     return checked

@@ -122,9 +122,9 @@ class Batch:
         workers = self._workers
         if workers.scheduler is None:
             return None
-        from livecl.batch.cluster import connected
+        from livecl.batch.cluster import cluster_client
 
-        return stack.enter_context(connected(workers.scheduler, workers=workers.count, threads=workers.threads))
+        return stack.enter_context(cluster_client(workers.scheduler, workers=workers.count, threads=workers.threads))
 
     def _answers(self, tasks: Iterator[Task], client: Client | None) -> Generator[tuple[int, Made | str], None, None]:
         if client is None:

@@ -32,16 +32,16 @@ AHEAD = 2
 
 
 def check_scheduler(scheduler: str) -> None:
-    """Raise the errors of :func:`connected` without starting anything."""
+    """Raise the errors of :func:`cluster_client` without starting anything."""
     if scheduler == LOCAL:
         _package()
     else:
-        with connected(scheduler):
+        with cluster_client(scheduler):
             pass
 
 
 @contextlib.contextmanager
-def connected(scheduler: str, *, workers: int | None = None, threads: int = 1) -> Iterator[Client]:
+def cluster_client(scheduler: str, *, workers: int | None = None, threads: int = 1) -> Iterator[Client]:
     """Connect to a Dask scheduler for a while.
 
     Parameters

@@ -15,7 +15,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-from livecl.errors import nearest
+from livecl.errors import name_hint
 
 
 def read_config(path: str | os.PathLike[str], known: Iterable[str]) -> dict[str, Any]:
@@ -47,7 +47,7 @@ def read_config(path: str | os.PathLike[str], known: Iterable[str]) -> dict[str,
         raise ValueError(f"{name}: is not TOML: {error}") from error
     for key, value in values.items():
         if key not in known:
-            raise ValueError(f"{name}: no option {key!r}; {nearest(key.replace('-', '_'), known)}")
+            raise ValueError(f"{name}: no option {key!r}; {name_hint(key.replace('-', '_'), known)}")
         for item in value if isinstance(value, list) else [value]:
             if not isinstance(item, (bool, int, float, str)):
                 raise ValueError(f"{name}: {key}: got {item!r}, wanted a number, text, true or false")

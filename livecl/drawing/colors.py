@@ -66,6 +66,11 @@ def share(text: str, whole: float = 1.0) -> float:
     return _clip(value)
 
 
+def premultiplied_colors(rgba: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return colours as premultiplied RGBA of straight one: (..., 4)."""
+    return np.concatenate([rgba[..., :3] * rgba[..., 3:], rgba[..., 3:]], axis=-1)
+
+
 def _clip(value: float) -> float:
     return min(max(value, 0.0), 1.0)
 

@@ -18,7 +18,7 @@ from livecl.drawing.colors import format_rgb
 from livecl.drawing.fills import MAX_COORDINATE, Fills, checked_fills
 from livecl.drawing.labels import layer_labels, select_layers
 from livecl.drawing.strokes import Strokes, checked_strokes
-from livecl.errors import nearest
+from livecl.errors import name_hint
 
 if TYPE_CHECKING:
     from livecl.svg.writer import LayerStyle
@@ -226,7 +226,7 @@ class Drawing:
         """
         for name in changes:
             if name not in self.__dataclass_fields__:
-                raise TypeError(f"Drawing: there is no argument {name!r}; {nearest(name, self.__dataclass_fields__)}")
+                raise TypeError(f"Drawing: there is no argument {name!r}; {name_hint(name, self.__dataclass_fields__)}")
         try:
             return dataclasses.replace(self, **changes)
         except ValueError as error:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from livecl.geometry import bezier
 from livecl.geometry.ellipses import ellipses_of
+from livecl.geometry.polylines import polygon_area
 
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
@@ -51,7 +52,7 @@ def shape_words(drawing: Drawing) -> list[str]:
 
 def _word(polygons: list[FloatArray], canvas: float) -> str:
     """Return the word for a layer of closed polygons (n, 2), px."""
-    areas = [_area(points) for points in polygons]
+    areas = [polygon_area(points) for points in polygons]
     largest = int(np.argmax(np.abs(areas)))
     if not areas[largest]:
         return "shape"
@@ -95,9 +96,3 @@ def _distances(points: FloatArray, corners: FloatArray) -> FloatArray:
     along = (offsets * sides).sum(axis=2) / np.maximum((sides**2).sum(axis=1), 1e-12)
     rest = offsets - np.clip(along, 0, 1)[..., None] * sides
     return np.asarray(np.hypot(rest[..., 0], rest[..., 1]).min(axis=1))
-
-
-def _area(points: FloatArray) -> float:
-    """Signed area of a closed polygon, px^2."""
-    after = np.roll(points, -1, axis=0)
-    return float(bezier.cross(points, after).sum()) / 2

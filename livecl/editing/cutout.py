@@ -176,11 +176,11 @@ def _subpaths(path: Any) -> list[FloatArray]:
             pieces.append((piece, len(ends) == 2))
             last = end
         if pieces:
-            found.append(np.array([piece[:3] for piece, _ in _joined(pieces)]))
+            found.append(np.array([piece[:3] for piece, _ in _with_joined_edges(pieces)]))
     return found
 
 
-def _joined(pieces: list[tuple[FloatArray, bool]]) -> list[tuple[FloatArray, bool]]:
+def _with_joined_edges(pieces: list[tuple[FloatArray, bool]]) -> list[tuple[FloatArray, bool]]:
     """Return cubics (4, 2), neighbours that are marked as parts of a hidden edge being one where that is as good."""
     count = 0
     while count != len(pieces) > 2:

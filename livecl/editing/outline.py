@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.editing.trace import SURE, Trace
+from livecl.editing.trace import SURE, SampledOutline
 from livecl.geometry.least_path import SHARES, SegmentPrices, Segments, Tangents, cheapest_way, fit_curves
 from livecl.geometry.polylines import unit
 
@@ -55,7 +55,7 @@ TAKEN = 0.5
 LONGEST, LONGEST_SMOOTH, MOST_PAIRS = 0.6, 0.4, 2500
 
 
-def editable_outline(trace: Trace, fit: Fit) -> FloatArray | None:
+def editable_outline(trace: SampledOutline, fit: Fit) -> FloatArray | None:
     """Return the closed path (s, 3, 2) of least price that follows a trace, px; None where none does."""
     samples, corner = _places(trace)
     chosen = _cheapest(trace, samples, corner, fit)
@@ -65,7 +65,7 @@ def editable_outline(trace: Trace, fit: Fit) -> FloatArray | None:
     return _Assembly(trace, samples[nodes] % len(trace.points), corner[nodes], straight, fit).path()
 
 
-def _places(trace: Trace) -> tuple[IntArray, NDArray[np.bool_]]:
+def _places(trace: SampledOutline) -> tuple[IntArray, NDArray[np.bool_]]:
     """Return the samples of all places, from a node in any case up to it again a round later; and which are corners.
 
     Where there may be a corner, there are two places: one as a corner, one as a smooth node.
@@ -87,7 +87,7 @@ def _places(trace: Trace) -> tuple[IntArray, NDArray[np.bool_]]:
 
 
 def _cheapest(
-    trace: Trace, places: IntArray, corner: NDArray[np.bool_], fit: Fit
+    trace: SampledOutline, places: IntArray, corner: NDArray[np.bool_], fit: Fit
 ) -> tuple[IntArray, NDArray[np.bool_]] | None:
     """Return the places of the cheapest path's nodes, and whether the segment after each is a line."""
     count, num = len(trace.points), len(places)
@@ -131,7 +131,9 @@ def _cheapest(
     return (np.array(way[:-1]), np.array(straight)) if np.isfinite(price) else None
 
 
-def _runs(trace: Trace, starts: IntArray, ends: IntArray) -> tuple[NDArray[np.complexfloating[Any, Any]], FloatArray]:
+def _runs(
+    trace: SampledOutline, starts: IntArray, ends: IntArray
+) -> tuple[NDArray[np.complexfloating[Any, Any]], FloatArray]:
     """Return points x + iy of runs of a trace at SHARES of their lengths, and where they are, in samples.
 
     `starts` and `ends`, (n,), are their first and last samples, ends counted on past the last of the trace.
@@ -143,7 +145,12 @@ def _runs(trace: Trace, starts: IntArray, ends: IntArray) -> tuple[NDArray[np.co
 
 
 def _unrounded(
-    trace: Trace, at: FloatArray, starts: IntArray, ends: IntArray, first: NDArray[np.bool_], last: NDArray[np.bool_]
+    trace: SampledOutline,
+    at: FloatArray,
+    starts: IntArray,
+    ends: IntArray,
+    first: NDArray[np.bool_],
+    last: NDArray[np.bool_],
 ) -> FloatArray:
     """Return the weights of the inner ones of samples `at` (n, k) of runs, less where a corner rounds them."""
     at = at[:, 1:-1]
@@ -170,7 +177,7 @@ class _Assembly:
     """
 
     def __init__(
-        self, trace: Trace, nodes: IntArray, corner: NDArray[np.bool_], straight: NDArray[np.bool_], fit: Fit
+        self, trace: SampledOutline, nodes: IntArray, corner: NDArray[np.bool_], straight: NDArray[np.bool_], fit: Fit
     ) -> None:
         self.trace, self.nodes, self.straight, self.fit = trace, nodes, straight, fit
         count = len(trace.points)

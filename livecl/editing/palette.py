@@ -36,7 +36,7 @@ def with_few_colors(context: Context, drawing: Drawing, free: NDArray[np.bool_])
         return drawing
     colors = drawing.colors[:, :3].copy()
     if options.palette:
-        colors[changed] = nearest(colors[changed], palette_of(options.palette))
+        colors[changed] = nearest_colors(colors[changed], palette_of(options.palette))
     else:
         shares = visible_shares(layer_alphas(drawing, context.rasterizer))
         if options.colors:
@@ -46,7 +46,7 @@ def with_few_colors(context: Context, drawing: Drawing, free: NDArray[np.bool_])
             fixed = np.unique(np.round(fixed * 255) / 255, axis=0)
             colors[changed] = fewest(_Picture.of(context, drawing, changed, shares), colors[changed], fixed)
         else:
-            colors[changed] = joined(colors[changed], shares.sum(axis=(1, 2), dtype=np.float64)[changed])
+            colors[changed] = without_twins(colors[changed], shares.sum(axis=(1, 2), dtype=np.float64)[changed])
     return drawing.replace(colors=np.concatenate([colors, drawing.colors[:, 3:]], axis=1))
 
 
@@ -121,7 +121,7 @@ def palette_of(text: str) -> FloatArray:
     return np.array([parse_color(part.strip()) for part in text.split(",")])
 
 
-def nearest(colors: FloatArray, palette: FloatArray) -> FloatArray:
+def nearest_colors(colors: FloatArray, palette: FloatArray) -> FloatArray:
     """Return the colour of a palette (K, 3) of least squared difference from each of some colours: (n, 3)."""
     distances = np.square(colors[:, None] - palette[None]).sum(axis=2)
     return np.asarray(palette[np.argmin(distances, axis=1)])
@@ -159,7 +159,7 @@ def clustered(colors: FloatArray, weights: FloatArray, fixed: FloatArray, count:
     return np.asarray(np.round(found * 255) / 255)
 
 
-def joined(colors: FloatArray, areas: FloatArray) -> FloatArray:
+def without_twins(colors: FloatArray, areas: FloatArray) -> FloatArray:
     """Return colours (n, 3), those that nobody tells apart being equal: the one of the largest area, (n,), stands."""
     from skimage.color import deltaE_ciede2000, rgb2lab
 

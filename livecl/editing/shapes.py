@@ -10,8 +10,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.editing.trace import Trace
+from livecl.editing.trace import SampledOutline
 from livecl.geometry.bezier import evaluate
+from livecl.geometry.polylines import polygon_area
 from livecl.svg.primitives import ANGLE_DECIMALS, Primitive, ellipse, rectangle
 
 FloatArray = NDArray[np.float64]
@@ -54,7 +55,7 @@ class _Candidate:
         )
 
 
-def fitted_shapes(trace: Trace) -> list[Primitive]:
+def fitted_shapes(trace: SampledOutline) -> list[Primitive]:
     """Return shapes that match the visible part of an outline, the one of fewest numbers first."""
     seen = trace.points[trace.weights >= SEEN]
     if len(seen) < 12:
@@ -91,7 +92,7 @@ def _candidates(seen: FloatArray, whole: FloatArray) -> Iterator[_Candidate]:
     turned = _refined(_from_ellipse, _turned_start(whole), seen)
     angle = round(float(np.degrees(turned[4])), ANGLE_DECIMALS)
     yield round_one(turned, ellipse(turned[:2], (float(turned[2]), float(turned[3])), angle))
-    missing = float(np.prod(high - low)) - _area(whole)
+    missing = float(np.prod(high - low)) - abs(polygon_area(whole))
     radius = np.sqrt(max(missing, 0.0) / (4 - np.pi))
     box = _refined(_from_rectangle, np.concatenate([low, high, [min(radius, (high - low).min() / 2)]]), seen)
     half = float((box[2:4] - box[:2]).min() / 2)
@@ -164,11 +165,6 @@ def _turned_start(points: FloatArray) -> FloatArray:
     angle = np.arctan2(vectors[1, 1], vectors[0, 1])
     radii = np.sqrt(2 * np.maximum(values[::-1], 1e-6))
     return np.concatenate([center, radii, [angle]])
-
-
-def _area(points: FloatArray) -> float:
-    x, y = points.T
-    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
 
 
 def _slopes(measure: Distances, form: FloatArray, points: FloatArray, rest: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ from livecl.editing.outline import Fit, editable_outline
 from livecl.editing.polish import polished
 from livecl.editing.shapes import fitted_shapes
 from livecl.editing.tidying import tidied
-from livecl.editing.trace import Trace, trace
+from livecl.editing.trace import SampledOutline, sampled
 from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import Outline
 from livecl.geometry.untangle import find_crossings, parted
@@ -231,9 +231,9 @@ class _Editor:
             found += [[shape.points] for shape in fitted_shapes(traces[0])]
         return found
 
-    def _trace(self, layer: int, subpath: FloatArray) -> Trace | None:
+    def _trace(self, layer: int, subpath: FloatArray) -> SampledOutline | None:
         """Return the trace of a subpath, its hidden parts weighing less."""
-        traced = trace(_closed(subpath))
+        traced = sampled(_closed(subpath))
         if traced is not None:
             height, width = self._drawing.size
             columns, rows = np.floor(traced.points).astype(np.int64).T

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Trace`: a closed outline at equal steps of length, with its corners and the places where a node may stand."""
+"""`SampledOutline`: a closed outline at equal steps of length; its corners, and places where a node may stand."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SHORTEST_SIDE, SIDE_REACH, SAGITTA, STRAIGHT = 5.0, 2.0, 0.03, 0.05
 
 
 @dataclasses.dataclass(frozen=True)
-class Trace:
+class SampledOutline:
     """A closed outline at equal steps of length."""
 
     points: FloatArray  # (P, 2), samples, px
@@ -57,7 +57,7 @@ class Trace:
         return beside.mean(axis=0), direction * unit(beside[-1] - beside[0])
 
 
-def trace(cubics: FloatArray) -> Trace | None:
+def sampled(cubics: FloatArray) -> SampledOutline | None:
     """Sample a closed outline of cubics (m, 4, 2) at equal steps; None where it is too short to have a shape."""
     polygon = bezier.flatten(cubics, 0.002)
     corners, counts = polygon.corners, polygon.counts
@@ -81,7 +81,7 @@ def trace(cubics: FloatArray) -> Trace | None:
     places = np.unique(np.concatenate([near, np.flatnonzero(extremes), spaced, bends, sides.ravel() % count]))
     # Evened, a corner would pass for a bend: one that turns within a step is no smooth node.
     places = np.setdiff1d(places, bends[sharp[bends] & (turns > SURE)])
-    return Trace(points, step, np.ones(count), bends, turns, places, extremes, sides)
+    return SampledOutline(points, step, np.ones(count), bends, turns, places, extremes, sides)
 
 
 def _evened(points: FloatArray, deviation: float) -> FloatArray:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Polylines: lengths along them, points at equal steps of length, directions."""
+"""Polylines: lengths along them, areas within, points at equal steps of length, directions."""
 
 from __future__ import annotations
 
@@ -31,3 +31,9 @@ def unit(vectors: FloatArray) -> FloatArray:
     """Return vectors (..., 2) at length 1, zeros as they are."""
     lengths = np.hypot(vectors[..., 0], vectors[..., 1])[..., None]
     return np.asarray(vectors / np.where(lengths > 0, lengths, 1))
+
+
+def polygon_area(points: FloatArray) -> float:
+    """Return the area within a closed polyline (n, 2), px^2, negative where it runs the other way round."""
+    x, y = points.T
+    return 0.5 * float(x[:-1] @ y[1:] - y[:-1] @ x[1:] + x[-1] * y[0] - y[-1] * x[0])

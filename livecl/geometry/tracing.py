@@ -43,7 +43,7 @@ MOST_FAILURES, MOST_RISE, TRIAL_STEPS = 3, 20.0, 3
 CURVE_NUMBERS = 5
 
 
-def trace(points: FloatArray, noise: float, prices: TracingPrices = PRICES, waves: float = 0.0) -> FloatArray:
+def traced_path(points: FloatArray, noise: float, prices: TracingPrices = PRICES, waves: float = 0.0) -> FloatArray:
     """Return the closed path (s, 3, 2) along a polyline (n, 2), px, at steps of about 1 px, of the smallest price.
 
     Loops are cut out where it crosses itself; where that would take away more, segments get cheaper, so that it follows

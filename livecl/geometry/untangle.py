@@ -167,7 +167,7 @@ def _trim(cubics: FloatArray, crossing: Crossing) -> FloatArray:
     count, (inner, outer) = len(cubics), _parts(cubics, crossing)
     kept = inner if abs(signed_area(inner)) > abs(signed_area(outer)) else outer
     if len(kept) > count:  # a loop of one segment: its two ends become one segment again
-        kept = np.concatenate([kept[1:-1], _joined(kept[-1], kept[0])[None]])
+        kept = np.concatenate([kept[1:-1], _one_cubic(kept[-1], kept[0])[None]])
     while len(kept) < count:
         k = int(np.argmax(np.hypot(*(kept[:, 3] - kept[:, 0]).T)))
         kept = np.concatenate([kept[:k], subsegment(kept[k], [0, 0.5], [0.5, 1]), kept[k + 1 :]])
@@ -176,7 +176,7 @@ def _trim(cubics: FloatArray, crossing: Crossing) -> FloatArray:
     return np.asarray(kept[places[np.argmax(stays)]])  # as many in place as can be
 
 
-def _joined(first: FloatArray, second: FloatArray) -> FloatArray:
+def _one_cubic(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the cubic from the start of one to the end of the next that is the least-squares fit to both."""
     steps = np.linspace(0, 1, 17)
     points = np.concatenate([evaluate(first, steps[:-1]), evaluate(second, steps)])

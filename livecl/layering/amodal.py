@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.layering.masks import connected, convex_hull
+from livecl.layering.masks import connected_part, convex_hull
 from livecl.layering.stack import Window, window_of
 
 BoolArray = NDArray[np.bool_]
@@ -29,7 +29,7 @@ class Completion:
     reach: Window
 
 
-def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Completion:
+def amodally_completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Completion:
     """Complete a region (H, W): join it with other parts of its colour behind hidden pixels.
 
     `alike` (H, W) are all pixels of its colour, `hidden` (H, W) those painted over whatever lies there. The result is
@@ -37,13 +37,13 @@ def completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Complet
     joined; None if there is no other part to join, or if more than `MAX_HIDDEN` would be hidden.
     """
     start = tuple(np.argwhere(region)[0])
-    whole = connected(alike | hidden, start)
+    whole = connected_part(alike | hidden, start)
     window = window_of(whole)
     reach = slice(window[0].start - 1, window[0].stop + 1), slice(window[1].start - 1, window[1].stop + 1)
     alike, whole = alike[window], whole[window]
     parts = alike & whole
     if np.count_nonzero(parts) == np.count_nonzero(region):
         return Completion(window, None, reach)
-    joined = connected(whole & convex_hull(parts), (start[0] - window[0].start, start[1] - window[1].start))
+    joined = connected_part(whole & convex_hull(parts), (start[0] - window[0].start, start[1] - window[1].start))
     found = np.count_nonzero(joined) <= (1 + MAX_HIDDEN) * np.count_nonzero(joined & alike)
     return Completion(window, joined if found else None, reach)

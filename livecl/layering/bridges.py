@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from livecl.layering.lines import RULES, StrokeRules, Trace
+from livecl.layering.lines import RULES, InkTrace, StrokeRules
 
 FloatArray = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ CUT_OFF = 0.75
 FAR, FAR_MORE = 4.0, 24.0
 
 
-def bridged(traces: list[Trace], covered: FloatArray, rules: StrokeRules = RULES) -> list[Trace]:
+def bridged(traces: list[InkTrace], covered: FloatArray, rules: StrokeRules = RULES) -> list[InkTrace]:
     """Return traces of one ink, joined where their ends face each other beneath other inks.
 
     Inks cover a share `covered` (H, W) of each pixel; lines that may be one differ by `same_width` of the rules at
@@ -44,11 +44,11 @@ def bridged(traces: list[Trace], covered: FloatArray, rules: StrokeRules = RULES
         if not gaps:
             return traces
         _, i, j, one, other = min(gaps)
-        joined = _joined(traces[i], traces[j], one, other) if i != j else _closed(traces[i])
+        joined = _joined_traces(traces[i], traces[j], one, other) if i != j else _closed(traces[i])
         traces = [trace for index, trace in enumerate(traces) if index not in (i, j)] + [joined]
 
 
-def _from_end(trace: Trace, at: int) -> FloatArray:
+def _from_end(trace: InkTrace, at: int) -> FloatArray:
     """Return the points of a trace, one end first."""
     return trace.points if at == 0 else trace.points[::-1]
 
@@ -85,18 +85,18 @@ def _cut_off(points: FloatArray, width: float) -> FloatArray:
     return kept if len(kept) > len(points) / 2 else points
 
 
-def _joined(first: Trace, second: Trace, one: int, other: int) -> Trace:
+def _joined_traces(first: InkTrace, second: InkTrace, one: int, other: int) -> InkTrace:
     """Return the line of two whose ends, by 0 and 1, are one place."""
     before = _cut_off(_from_end(first, one), first.width)[::-1]
     after = _cut_off(_from_end(second, other), second.width)
     points = np.concatenate([before, _between(before[-1], after[0]), after])
-    return Trace(points, np.concatenate([first.radii, second.radii]), closed=False)
+    return InkTrace(points, np.concatenate([first.radii, second.radii]), closed=False)
 
 
-def _closed(trace: Trace) -> Trace:
+def _closed(trace: InkTrace) -> InkTrace:
     """Return a line that ends where it begins."""
     points = _cut_off(_cut_off(trace.points, trace.width)[::-1], trace.width)
-    return Trace(np.concatenate([points, _between(points[-1], points[0])]), trace.radii, closed=True)
+    return InkTrace(np.concatenate([points, _between(points[-1], points[0])]), trace.radii, closed=True)
 
 
 def _between(start: FloatArray, end: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.geometry.fitting import fit_outlines
 from livecl.geometry.outlines import Outline, circle, random_outline, reversed_path
 from livecl.image.errors import visible_error
-from livecl.layering.amodal import completed
+from livecl.layering.amodal import amodally_completed
 from livecl.layering.components import Place
 from livecl.layering.context import Context
 from livecl.layering.masks import border, holes, without_holes
@@ -107,7 +107,7 @@ def initial_outline(place: Place, size: tuple[int, int], options: Options, rng: 
     if options.shape == "random":
         return [random_outline(place.center, options.segments, size, rng)]
     if options.shape == "outline" and place.mask is not None:
-        return [fitted(place.mask, options.segments)[-1]]
+        return [fitted_paths(place.mask, options.segments)[-1]]
     return [circle(place.center, options.radius, options.segments)]
 
 
@@ -228,7 +228,7 @@ class _Judge:
             if opened is not None:
                 masks.append((window, opened))
         if self._options.holes and self._options.shape == "outline":
-            completion = completed(whole, region.alike, self._stack.hidden)
+            completion = amodally_completed(whole, region.alike, self._stack.hidden)
             reach = completion.reach
             if completion.mask is not None:
                 masks.append((completion.window, without_holes(completion.mask)))
@@ -293,12 +293,12 @@ def _place(window: Window, mask: BoolArray) -> Place:
 def fitted_outlines(mask: BoolArray, options: Options, window: Window = WHOLE) -> list[Outline]:
     """Fit outlines to a region (h, w) in a window, and its holes, of `segments` to `max_segments` for the border."""
     corner = (window[1].start or 0, window[0].start or 0)
-    inner = [reversed_path(fitted(hole, options.segments, corner)[-1]) for hole in holes(mask, SMALL_REGION)]
-    outer = fitted(mask, max(options.segments, options.max_segments), corner)
+    inner = [reversed_path(fitted_paths(hole, options.segments, corner)[-1]) for hole in holes(mask, SMALL_REGION)]
+    outer = fitted_paths(mask, max(options.segments, options.max_segments), corner)
     return [[path, *inner] for path in outer[options.segments - 1 :]]
 
 
-def fitted(mask: BoolArray, most: int, corner: tuple[int, int] = (0, 0)) -> list[FloatArray]:
+def fitted_paths(mask: BoolArray, most: int, corner: tuple[int, int] = (0, 0)) -> list[FloatArray]:
     """Fit paths of 1, 2, ... `most` segments to a region (h, w) that begins at `corner` (x, y); holes are filled."""
     area = int(mask.sum())
     if area < SMALL_REGION:

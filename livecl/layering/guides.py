@@ -9,10 +9,9 @@ from scipy import ndimage
 
 from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.drawing import Drawing
-from livecl.geometry.bezier import cross
 from livecl.geometry.corners import noise_of
-from livecl.geometry.polylines import evenly
-from livecl.geometry.tracing import trace
+from livecl.geometry.polylines import evenly, polygon_area
+from livecl.geometry.tracing import traced_path
 
 FloatArray = NDArray[np.float64]
 
@@ -118,12 +117,12 @@ def mask_outline(mask: NDArray[np.floating]) -> list[FloatArray]:
     found = []
     for contour in find_contours(padded, 0.5):
         points = contour[:-1, ::-1] - 0.5  # pixel centres, and a pixel of padding
-        area = float(cross(points, np.roll(points, -1, axis=0)).sum()) / 2
+        area = polygon_area(points)
         if len(points) >= 4 and abs(area) >= LEAST_AREA:
             found.append((abs(area), evenly(points)))
     found.sort(key=lambda item: -item[0])
     noise = noise_of([points for _, points in found])
-    return [trace(points, noise) for _, points in found]
+    return [traced_path(points, noise) for _, points in found]
 
 
 def _color(image: NDArray[np.floating], seen: FloatArray, mask: NDArray[np.floating]) -> FloatArray:

@@ -121,7 +121,7 @@ class Line:
 
 
 @dataclasses.dataclass(frozen=True)
-class Trace:
+class InkTrace:
     """Points (n, 2) along the middle of ink, px, their distances to its border, px, and whether the line is closed."""
 
     points: FloatArray
@@ -140,13 +140,13 @@ class Trace:
         return float(np.hypot(*steps.T).sum())
 
 
-def lines_of(coverage: FloatArray, rules: StrokeRules = RULES) -> list[Line]:
+def find_lines(coverage: FloatArray, rules: StrokeRules = RULES) -> list[Line]:
     """Return the lines of one ink, by its share of each pixel (H, W), without uneven shapes."""
     traces, spots = find_traces(coverage, rules)
-    return [fitted(trace, coverage, rules) for trace in traces] + spots
+    return [fitted_line(trace, coverage, rules) for trace in traces] + spots
 
 
-def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[Trace], list[Line]]:
+def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[InkTrace], list[Line]]:
     """Return the traces of one ink, by its share of each pixel (H, W), the longest first, and its dots."""
     smooth = ndimage.gaussian_filter(coverage, rules.blur)
     half = np.maximum(ndimage.maximum_filter(smooth, 2 * rules.near + 1) / 2, rules.faint)
@@ -166,7 +166,7 @@ def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[
                 usual[shape] = usual[shape] or radius
                 kept.append(part)
     traces = [
-        Trace(_smoothed(part, rules) / rules.oversampling, part.radii / rules.oversampling, part.closed)
+        InkTrace(_smoothed(part, rules) / rules.oversampling, part.radii / rules.oversampling, part.closed)
         for part in kept
     ]
     boxes = ndimage.find_objects(shapes)
@@ -202,7 +202,7 @@ def _thick_parts(
     return found
 
 
-def fitted(trace: Trace, coverage: FloatArray, rules: StrokeRules = RULES) -> Line:
+def fitted_line(trace: InkTrace, coverage: FloatArray, rules: StrokeRules = RULES) -> Line:
     """Return the line along a trace of an ink that covers a share of each pixel: a path of the fewest segments."""
     points, radius = trace.points, trace.width / 2
     if trace.closed:

@@ -38,7 +38,7 @@ def holes(mask: BoolArray, smallest: int) -> list[BoolArray]:
     return [labels == k for k in np.argsort(-areas, kind="stable") if areas[k] >= smallest]
 
 
-def connected(mask: BoolArray, pixel: tuple[int, ...]) -> BoolArray:
+def connected_part(mask: BoolArray, pixel: tuple[int, ...]) -> BoolArray:
     """Return the part of a region (H, W) that is connected, by sides of pixels, to one of its pixels (row, column)."""
     from skimage.measure import label
 

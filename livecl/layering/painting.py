@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from livecl import interruption
 from livecl.image.errors import visible_error
 from livecl.layering.opacities import Opacities
-from livecl.layering.stack import NOWHERE, WHOLE, FloatArray, LayerStack, Window, meet, window_of, within
+from livecl.layering.stack import NOWHERE, WHOLE, FloatArray, LayerStack, Window, meet, window_of, window_within
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -90,7 +90,7 @@ class Painting:
         if covered == NOWHERE:
             return [Trial(top, NOWHERE, alpha[NOWHERE], color, 0.0) for alpha in alphas]
         alphas, together = [alpha[covered] for alpha in alphas], together[covered]
-        whole = window = within(covered, within_window)
+        whole = window = window_within(covered, within_window)
         area, shares = 1.0, alphas
         if roughly and np.count_nonzero(together) > self._trying.large:
             area, (rows, columns) = 4.0, window

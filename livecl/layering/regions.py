@@ -103,7 +103,9 @@ class TargetPartitions:
             smooth = gaussian_filter(self.target, (blur, blur, 0)) if blur else self.target
             self.segmentations.append(self.measure(np.minimum(np.floor(smooth * levels), levels - 1)))
         if price:
-            fine = _connected(np.minimum(np.floor(self.target * PARTITIONS.fine_levels), PARTITIONS.fine_levels - 1))
+            fine = _level_components(
+                np.minimum(np.floor(self.target * PARTITIONS.fine_levels), PARTITIONS.fine_levels - 1)
+            )
             prices = [times * price for times in PARTITIONS.prices]
             for labels in grown(fine.astype(np.int64) - 1, visible_error(self.target), prices):
                 self.segmentations.append(self._measured(labels))
@@ -111,7 +113,7 @@ class TargetPartitions:
     def measure(self, levels: FloatArray) -> _Segmentation:
         """Return the regions of equal levels (H, W, C)."""
         interruption.check()
-        return self._measured(_connected(levels))
+        return self._measured(_level_components(levels))
 
     def _measured(self, labels: NDArray[Any]) -> _Segmentation:
         interruption.check()
@@ -160,7 +162,7 @@ class RegionFinder:
             yield Region((number, k), segmentation.mean[k], -negative_gain, segmentation)
 
 
-def _connected(levels: FloatArray) -> NDArray[Any]:
+def _level_components(levels: FloatArray) -> NDArray[Any]:
     """Label the 4-connected regions of equal levels (H, W, C), from 1 on."""
     from skimage.measure import label
 

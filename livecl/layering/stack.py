@@ -139,7 +139,7 @@ def meet(one: Window, other: Window) -> bool:
     )
 
 
-def within(window: Window, outer: Window) -> Window:
+def window_within(window: Window, outer: Window) -> Window:
     """Return the window of a picture that lies in its part `outer` as `window` says."""
     rows, columns = (
         slice(inner.start + (whole.start or 0), inner.stop + (whole.start or 0))

@@ -18,7 +18,7 @@ from livecl.geometry.strokes import BUTT, MITER, ROUND
 from livecl.layering.bridges import bridged
 from livecl.layering.context import Context
 from livecl.layering.inks import CONTRAST, inks_of, paper_of, without_shading
-from livecl.layering.lines import RULES, Line, StrokeRules, find_traces, fitted
+from livecl.layering.lines import RULES, Line, StrokeRules, find_traces, fitted_line
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def find_strokes(context: Context, background: NDArray[Any] | None, rules: Strok
         traces, spots = find_traces(ink.coverage, rules)
         if len(inks) > 1:
             traces = bridged(traces, covered, rules)
-        all_lines.append([fitted(trace, ink.coverage, rules) for trace in traces] + spots)
+        all_lines.append([fitted_line(trace, ink.coverage, rules) for trace in traces] + spots)
     most_wide = most_dot = np.inf
     if context.options.strokes != "only":
         most_wide = rules.widest * min(size)

@@ -18,7 +18,7 @@ from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
 from livecl.layering.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
-from livecl.layering.lines import RULES, StrokeRules, lines_of
+from livecl.layering.lines import RULES, StrokeRules, find_lines
 from livecl.layering.strokes import best_pen
 
 FloatArray = NDArray[np.float64]
@@ -78,7 +78,7 @@ def _stroke_of(context: Context, layer: Drawing, rules: StrokeRules) -> Drawing 
     radius = float(ndimage.distance_transform_edt(np.pad(inside[rows, columns], 1)).max())
     if inside.sum() < rules.slenderness * 2 * radius * max(2 * radius - 1, 1):  # half a pixel less on each side
         return None
-    lines = [line for line in lines_of(coverage, rules) if not line.is_spot]
+    lines = [line for line in find_lines(coverage, rules) if not line.is_spot]
     if not lines or max(line.width for line in lines) > rules.same_width * min(line.width for line in lines):
         return None
     stroke, _ = best_pen(context, lines, layer.colors[0], coverage, empty_drawing(layer.size, layer.background))

@@ -37,8 +37,8 @@ class Stack:
             colors=np.concatenate([drawing.colors for drawing in drawings]),
             size=first.size,
             background=first.background,
-            subpath_offsets=_joined([drawing.subpath_offsets for drawing in drawings]),
-            layer_offsets=_joined([drawing.layer_offsets for drawing in drawings]),
+            subpath_offsets=_stacked_offsets([drawing.subpath_offsets for drawing in drawings]),
+            layer_offsets=_stacked_offsets([drawing.layer_offsets for drawing in drawings]),
             fills=concatenate_fills([drawing.fills for drawing in drawings]),
             strokes=concatenate_strokes([drawing.strokes for drawing in drawings]),
         )
@@ -81,7 +81,7 @@ class Stack:
         return found
 
 
-def _joined(offsets: Sequence[IntArray]) -> IntArray:
+def _stacked_offsets(offsets: Sequence[IntArray]) -> IntArray:
     """Return offsets into the members of several drawings, one after the other."""
     begins = np.cumsum([0, *(part[-1] for part in offsets)])
     return np.concatenate([[0], *(begin + part[1:] for begin, part in zip(begins, offsets, strict=False))])

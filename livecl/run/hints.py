@@ -10,7 +10,7 @@ import inspect
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
-from livecl.errors import nearest
+from livecl.errors import name_hint
 from livecl.options import Options
 
 P = ParamSpec("P")
@@ -37,4 +37,4 @@ def _hint(name: str, known: tuple[str, ...]) -> str:
         return f"it is one of the method's options: options=Options({name}=...)"
     if not difflib.get_close_matches(name, known, 1) and (near := difflib.get_close_matches(name, fields, 1)):
         return f"did you mean options=Options({near[0]}=...)?"
-    return nearest(name, known)
+    return name_hint(name, known)

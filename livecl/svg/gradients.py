@@ -16,6 +16,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.drawing.colors import premultiplied_colors
+
 FloatArray = NDArray[np.float64]
 
 #: Most repeats of a gradient that are written out as stops.
@@ -130,7 +132,7 @@ def padded(gradient: Gradient, spread: str, bounds: FloatArray) -> tuple[Gradien
     return dataclasses.replace(gradient, points=points, stops=without_needless(np.concatenate(periods))), exact
 
 
-def within(gradient: Gradient, bounds: FloatArray) -> Gradient:
+def narrowed(gradient: Gradient, bounds: FloatArray) -> Gradient:
     """Return a linear gradient that starts and ends where the bounds (4,) do, and looks the same within them."""
     x0, y0, x1, y1 = bounds
     t = gradient.places(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
@@ -199,13 +201,13 @@ def concentric(
         t = c / np.where(b == 0, 1e-30, 2 * b)
     else:
         t = np.maximum((b + root) / a, (b - root) / a)
-    wanted = _premultiplied(stop_colors(stops, _spread(t, spread)))
+    wanted = premultiplied_colors(stop_colors(stops, _spread(t, spread)))
     best, least = circle, math.inf
     for share in _CENTERS:
         for size in (radius, radius * (1 + share) / 2, radius - (1 - share) * math.sqrt(away @ away) / 2):
             candidate = np.array([*(focus + share * away), max(size, 1e-3 * radius)])
             t = np.linalg.norm(points - candidate[:2], axis=1) / candidate[2]
-            got = _premultiplied(stop_colors(with_inner_radius(stops, inner / radius), _spread(t, spread)))
+            got = premultiplied_colors(stop_colors(with_inner_radius(stops, inner / radius), _spread(t, spread)))
             error = float(np.sqrt(np.square(got - wanted).mean()))
             if error < least:
                 best, least = candidate, error
@@ -216,7 +218,7 @@ def mean_color(gradient: Gradient, bounds: FloatArray) -> tuple[FloatArray, floa
     """Return the one straight RGBA nearest to a gradient within bounds, and the root of the mean square difference."""
     axes = [np.linspace(bounds[i], bounds[i + 2], _GRID) for i in (0, 1)]
     points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-    shown = _premultiplied(gradient.colors(gradient.places(points)))
+    shown = premultiplied_colors(gradient.colors(gradient.places(points)))
     mean = shown.mean(axis=0)
     alpha = mean[3]
     straight = np.array([*(mean[:3] / alpha), alpha]) if alpha > 0 else np.zeros(4)
@@ -227,10 +229,6 @@ def _spread(t: FloatArray, spread: str) -> FloatArray:
     if spread == "repeat":
         return t - np.floor(t)
     return 1 - np.abs(t % 2 - 1) if spread == "reflect" else t
-
-
-def _premultiplied(rgba: FloatArray) -> FloatArray:
-    return np.concatenate([rgba[..., :3] * rgba[..., 3:], rgba[..., 3:]], axis=-1)
 
 
 def is_flat(axes: ArrayLike) -> bool:

@@ -91,7 +91,7 @@ def format_outline(points: FloatArray, precision: int, is_open: bool = False, cu
         if not (line or cubics) and after_cubic and (2 * segment[0] - before[2] == segment[1]).all():
             letter, numbers = "S", numbers[2:]
         written.append(_Command(letter.lower() if relative else letter, numbers))
-    return _joined(written, precision) + ("" if is_open else "Z")
+    return _command_text(written, precision) + ("" if is_open else "Z")
 
 
 class _Command(NamedTuple):
@@ -108,7 +108,7 @@ def _line(segment: IntArray, base: IntArray) -> tuple[str, list[int]]:
     return ("V", [y]) if segment[3, 0] == segment[0, 0] else ("L", [x, y])
 
 
-def _joined(commands: list[_Command], precision: int) -> str:
+def _command_text(commands: list[_Command], precision: int) -> str:
     """Return commands as text; a letter like the one before it is left out."""
     parts: list[str] = []
     last = ""

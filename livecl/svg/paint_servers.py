@@ -200,7 +200,7 @@ class PaintServers:
             and gradient.kind == "linear"
             and (bounds[2:] > bounds[:2]).all()
         ):
-            gradient = gradients.within(gradient, bounds)
+            gradient = gradients.narrowed(gradient, bounds)
         return gradient
 
     def _radial(

@@ -164,7 +164,7 @@ class _Pen:
             elif kind == "A" and ends[0] != self._point and numbers[0] and numbers[1]:
                 self._cubics.extend(_arc(self._point, numbers, ends[0]))
             elif ends[0] != self._point:
-                self._cubics.append(line(self._point, ends[0]))
+                self._cubics.append(line_cubic(self._point, ends[0]))
                 self._num_lines += 1
             self._point = ends[-1]
             self._before = kind
@@ -193,7 +193,7 @@ class _Pen:
             if _meet(start, point):
                 cubics[-1] = (*cubics[-1][:3], start)
             else:
-                cubics.append(line(point, start))
+                cubics.append(line_cubic(point, start))
                 self._num_lines += 1
             if self._num_lines < len(cubics) or self._num_lines > 2:
                 self.outline.append(control_points(cubics))
@@ -225,9 +225,9 @@ class _StrokingPen(_Pen):
         if closed and cubics and _meet(start, point):
             cubics[-1] = (*cubics[-1][:3], start)
         elif closed and cubics:
-            cubics.append(line(point, start))
+            cubics.append(line_cubic(point, start))
         if cubics or closed or self._num_drawn:
-            self.outline.append(control_points(cubics or [line(start, start)]))
+            self.outline.append(control_points(cubics or [line_cubic(start, start)]))
             self.is_open.append(not closed)
         self._begin()
 
@@ -238,7 +238,7 @@ def _meet(start: complex, point: complex) -> bool:
     return max(abs((point - start).real), abs((point - start).imag)) <= 1e-6 * scale
 
 
-def line(a: complex, d: complex) -> Cubic:
+def line_cubic(a: complex, d: complex) -> Cubic:
     """Return a line as a cubic."""
     return a, a + (d - a) / 3, d - (d - a) / 3, d
 

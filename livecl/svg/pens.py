@@ -17,7 +17,7 @@ from livecl.geometry import bezier
 from livecl.geometry.strokes import CAPS, JOINS, Pens, outline_strokes
 from livecl.svg import shapes
 from livecl.svg.coordinates import Units, length_in_pixels
-from livecl.svg.path_data import control_points, line, number_list, path_lines
+from livecl.svg.path_data import control_points, line_cubic, number_list, path_lines
 
 FloatArray = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ class Lines:
     is_open: list[bool]
 
 
-def lines_of(tag: str, own: Mapping[str, str], viewport: tuple[float, float], units: Units) -> Lines:
+def lines_of_shape(tag: str, own: Mapping[str, str], viewport: tuple[float, float], units: Units) -> Lines:
     """Return the lines that a shape's stroke follows, user units."""
     if tag == "path":
         return Lines(*path_lines(own.get("d", ""))[:2])
@@ -58,7 +58,7 @@ def lines_of(tag: str, own: Mapping[str, str], viewport: tuple[float, float], un
         corners = [complex(x, y) for x, y in zip(numbers[::2], numbers[1::2], strict=False)]
         if tag == "polygon" and corners:
             corners.append(corners[0])
-        sides = [line(a, b) for a, b in itertools.pairwise(corners)]
+        sides = [line_cubic(a, b) for a, b in itertools.pairwise(corners)]
         return Lines([control_points(sides)], [tag == "polyline"]) if sides else Lines([], [])
     if tag == "line":
         width, height = viewport
@@ -66,7 +66,7 @@ def lines_of(tag: str, own: Mapping[str, str], viewport: tuple[float, float], un
             length_in_pixels(own.get(name), 0.0, side, units)
             for name, side in (("x1", width), ("y1", height), ("x2", width), ("y2", height))
         )
-        return Lines([control_points([line(complex(x1, y1), complex(x2, y2))])], [True])
+        return Lines([control_points([line_cubic(complex(x1, y1), complex(x2, y2))])], [True])
     outline = shapes.shape_outline(tag, own, viewport, units)
     return Lines(outline, [False] * len(outline))
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl.svg.coordinates import Units, length_in_pixels
-from livecl.svg.path_data import Cubic, control_points, line, number_list
+from livecl.svg.path_data import Cubic, control_points, line_cubic, number_list
 
 FloatArray = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def polygon_outline(points: str) -> tuple[list[FloatArray], bool]:
     corners = [complex(x, y) for x, y in zip(numbers[::2], numbers[1::2], strict=False)]
     if len(corners) < 3:
         return [], whole
-    lines = [line(start, end) for start, end in zip(corners, corners[1:] + corners[:1], strict=True)]
+    lines = [line_cubic(start, end) for start, end in zip(corners, corners[1:] + corners[:1], strict=True)]
     return [control_points([side for side in lines if side[0] != side[3]] or lines)], whole
 
 
@@ -78,14 +78,14 @@ def rectangle_outline(
     left, right, top, bottom = x, x + width, y, y + height
     if not (rx > 0 and ry > 0):
         corners = [complex(left, top), complex(right, top), complex(right, bottom), complex(left, bottom)]
-        return [control_points([line(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)])]
+        return [control_points([line_cubic(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)])]
     cubics: list[Cubic] = []
     centers = [(right - rx, top + ry), (right - rx, bottom - ry), (left + rx, bottom - ry), (left + rx, top + ry)]
     for i, (cx, cy) in enumerate(centers):  # clockwise on the screen, from the top edge
         quarter = _quarter(i - 1, cx, cy, rx, ry)
         before = cubics[-1][3] if cubics else complex(left + rx, top)
         if (2 * rx, 2 * ry)[i % 2] < (width, height)[i % 2]:  # else the quarters meet
-            cubics.append(line(before, quarter[0]))
+            cubics.append(line_cubic(before, quarter[0]))
         cubics.append(quarter)
     return [control_points(cubics)]
 

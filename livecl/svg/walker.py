@@ -33,7 +33,7 @@ from livecl.svg.gradients import Gradient, mean_color
 from livecl.svg.layer import LeftOut, ReadLayer, is_upright, layer_name, overlap, reach_over, stage_match
 from livecl.svg.paint import background_color, count_left_out, is_stroked, opacity_of, parse_paint, solid_color
 from livecl.svg.paint_servers import FilledShape, PaintServers
-from livecl.svg.pens import drawn, lines_of, pen_of
+from livecl.svg.pens import drawn, lines_of_shape, pen_of
 from livecl.svg.style import StyleSheet, inherit
 
 FloatArray = NDArray[np.float64]
@@ -260,7 +260,7 @@ class Walker:
     def _stroked(self, tag: str, own: dict[str, str], here: _Context) -> ReadLayer | None:
         """Return the layer of a shape's stroke, if it has any."""
         pen = pen_of(here.style, here.viewport, here.units)
-        lines = lines_of(tag, own, here.viewport, here.units)
+        lines = lines_of_shape(tag, own, here.viewport, here.units)
         paint = self._paint("stroke", lines.subpaths, here) if pen and lines.subpaths else None
         if pen is None or paint is None:
             return None

@@ -147,7 +147,7 @@ def fitted_size(size: tuple[int, int], side: int) -> tuple[int, int]:
     return max(1, round(size[0] * factor)), max(1, round(size[1] * factor))
 
 
-def fitted(image: ArrayLike, size: tuple[int, int]) -> Image.Image:
+def resized(image: ArrayLike, size: tuple[int, int]) -> Image.Image:
     """Return a picture (H, W, 3 or 4) in [0, 1] at another size: smoothed where smaller, in squares where larger."""
     picture = Image.fromarray(np.rint(np.clip(image, 0, 1) * 255).astype(np.uint8))
     height, width = size
@@ -179,7 +179,7 @@ def checked_image(image: ArrayLike, drawing: Drawing) -> FloatArray:
 
 
 def _fitted_target(pixels: FloatArray, size: tuple[int, int]) -> FloatArray:
-    return over_checkerboard(premultiplied(np.asarray(fitted(pixels, size), dtype=np.float32) / 255))
+    return over_checkerboard(premultiplied(np.asarray(resized(pixels, size), dtype=np.float32) / 255))
 
 
 def _laid_out(cells: list[tuple[FloatArray, str, str]], size: tuple[int, int], columns: int) -> FloatArray:
@@ -196,7 +196,7 @@ def _laid_out(cells: list[tuple[FloatArray, str, str]], size: tuple[int, int], c
         left, top = index % columns * step_x + margin, index // columns * step_y + margin
         inner = left + (width - size[1]) // 2
         pen.rectangle((inner - 1, top - 1, inner + size[1], top + size[0]), outline=_FRAME)
-        sheet.paste(fitted(picture, size), (inner, top))
+        sheet.paste(resized(picture, size), (inner, top))
         for row, (caption, ink) in enumerate(zip(captions, (_INK, _FAINT_INK), strict=True)):
             place = left + width / 2, top + size[0] + margin + row * line
             pen.text(place, caption, fill=ink, font=font, anchor="ma")

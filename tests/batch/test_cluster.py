@@ -22,7 +22,7 @@ from support.batches import QUICK, SLOW, Deadly, make_pictures, single_runs, svg
 
 from livecl.batch import cluster as batch_cluster
 from livecl.batch.batch import vectorize_files
-from livecl.batch.cluster import connected
+from livecl.batch.cluster import cluster_client
 from livecl.batch.pool import Task
 from livecl.batch.summary import Outcome
 from livecl.errors import LiveclError
@@ -199,5 +199,5 @@ def test_the_commands_of_the_documentation(tmp_path: Path) -> None:
 
 def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(ValueError, match=r"pip install 'livecl\[cluster\]'"), connected("local"):
+    with pytest.raises(ValueError, match=r"pip install 'livecl\[cluster\]'"), cluster_client("local"):
         pass

@@ -8,7 +8,7 @@ import pytest
 
 from livecl.editing.constraints import Joins
 from livecl.editing.outline import Fit, editable_outline
-from livecl.editing.trace import trace
+from livecl.editing.trace import sampled
 from livecl.geometry import bezier
 from livecl.svg import read_svg
 from livecl.svg.outline_data import format_outline, rounded_points
@@ -34,7 +34,7 @@ def polygon(*corners: tuple[float, float]) -> np.ndarray:
 
 
 def edited(cubics: np.ndarray, fit: Fit | None = None) -> np.ndarray:
-    traced = trace(cubics)
+    traced = sampled(cubics)
     assert traced is not None
     path = editable_outline(traced, fit or Fit())
     assert path is not None
@@ -118,14 +118,14 @@ def test_tolerance_bounds_straying() -> None:
 
 
 def test_a_point_has_no_shape() -> None:
-    assert trace(polygon((5, 5), (5.1, 5), (5.1, 5.1))) is None
+    assert sampled(polygon((5, 5), (5.1, 5), (5.1, 5.1))) is None
 
 
 def test_sharp_corners_are_no_smooth_nodes_and_rounded_ones_may_be() -> None:
     """A triangle's corners, and those of a rectangle rounded at a radius of 1.5 px."""
-    sharp = trace(polygon((20.3, 20.1), (90.2, 30.4), (40.1, 80.2)))
+    sharp = sampled(polygon((20.3, 20.1), (90.2, 30.4), (40.1, 80.2)))
     assert sharp is not None and len(sharp.corners) == 3
     assert not np.isin(sharp.corners, sharp.places).any()
-    rounded = trace(np.asarray(rectangle_outline(20.0, 20.0, 60.0, 40.0, 1.5, 1.5)[0]))
+    rounded = sampled(np.asarray(rectangle_outline(20.0, 20.0, 60.0, 40.0, 1.5, 1.5)[0]))
     assert rounded is not None and len(rounded.corners) == 4
     assert np.isin(rounded.corners, rounded.places).all()

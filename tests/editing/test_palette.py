@@ -12,7 +12,7 @@ import pytest
 from livecl.cli.method import palette_text
 from livecl.drawing import Drawing
 from livecl.editing import with_few_colors
-from livecl.editing.palette import clustered, joined, nearest, palette_of
+from livecl.editing.palette import clustered, nearest_colors, palette_of, without_twins
 from livecl.layering.context import Context
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
@@ -61,7 +61,7 @@ def test_clusters_are_no_worse_than_the_best_split() -> None:
     for count in (2, 3, 4):
         for _ in range(10):
             colors, weights = rng.random((6, 3)), rng.uniform(1, 9, 6)
-            found = nearest(colors, clustered(colors, weights, np.zeros((0, 3)), count))
+            found = nearest_colors(colors, clustered(colors, weights, np.zeros((0, 3)), count))
             error = float((weights[:, None] * (found - colors) ** 2).sum())
             splits = np.arange(count**6)[:, None] // count ** np.arange(6) % count  # (P, 6): the cluster of each
             own = weights * (splits[:, None] == np.arange(count)[:, None])  # (P, count, 6)
@@ -112,7 +112,7 @@ def test_palette_is_kept_to() -> None:
 
 def test_colors_that_nobody_tells_apart_are_one_that_of_the_largest() -> None:
     near = [(0.5, 0.5, 0.5), (0.504, 0.5, 0.5), (0.5, 0.56, 0.5)]
-    result = joined(np.array(near), np.array([1.0, 5.0, 9.0]))
+    result = without_twins(np.array(near), np.array([1.0, 5.0, 9.0]))
     np.testing.assert_allclose(result[0], result[1])
     np.testing.assert_allclose(result[1], np.round(np.array(near[1]) * 255) / 255)
     assert np.abs(result[2] - result[1]).max() > 0.05

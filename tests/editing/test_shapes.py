@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from livecl.editing.shapes import fitted_shapes
-from livecl.editing.trace import Trace, trace
+from livecl.editing.trace import SampledOutline, sampled
 from livecl.svg.primitives import Primitive, ellipse, rectangle
 
 SHAPES = {
@@ -20,19 +20,19 @@ SHAPES = {
 }
 
 
-def traced(shape: Primitive | None, noise: float = 0.0) -> Trace:
+def traced(shape: Primitive | None, noise: float = 0.0) -> SampledOutline:
     assert shape is not None
     points = shape.points
-    result = trace(np.concatenate([points, np.roll(points[:, :1], -1, axis=0)], axis=1))
+    result = sampled(np.concatenate([points, np.roll(points[:, :1], -1, axis=0)], axis=1))
     assert result is not None
     result.points[:] += np.random.default_rng(0).normal(0, noise, result.points.shape)
     return result
 
 
-def traced_through(points: np.ndarray) -> Trace:
+def traced_through(points: np.ndarray) -> SampledOutline:
     """Trace the polygon through points (n, 2)."""
     steps = np.roll(points, -1, axis=0) - points
-    result = trace(np.stack([points, points + steps / 3, points + 2 * steps / 3, points + steps], axis=1))
+    result = sampled(np.stack([points, points + steps / 3, points + 2 * steps / 3, points + steps], axis=1))
     assert result is not None
     return result
 

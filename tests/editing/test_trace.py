@@ -8,15 +8,15 @@ import pytest
 from numpy.typing import NDArray
 from support.shapes import circle, rectangle
 
-from livecl.editing.trace import EVENED, LEAST, STEP, Trace, trace, turning
+from livecl.editing.trace import EVENED, LEAST, STEP, SampledOutline, sampled, turning
 from livecl.svg.shapes import rectangle_outline
 
 FloatArray = NDArray[np.float64]
 CENTER, RADIUS = np.array((30.0, 26.0)), 20.0
 
 
-def traced(rows: FloatArray) -> Trace:
-    found = trace(np.concatenate([rows, np.roll(rows[:, :1], -1, axis=0)], axis=1))
+def traced(rows: FloatArray) -> SampledOutline:
+    found = sampled(np.concatenate([rows, np.roll(rows[:, :1], -1, axis=0)], axis=1))
     assert found is not None
     return found
 
@@ -67,7 +67,7 @@ def test_sides_beside_a_corner_run_straight_to_and_from_it() -> None:
 
 def test_an_outline_of_a_few_steps_has_no_shape() -> None:
     rows = rectangle(10, 10, 10 + STEP / 2, 10 + STEP / 2)
-    assert trace(np.concatenate([rows, np.roll(rows[:, :1], -1, axis=0)], axis=1)) is None
+    assert sampled(np.concatenate([rows, np.roll(rows[:, :1], -1, axis=0)], axis=1)) is None
     assert len(traced(rectangle(10, 10, 10 + 2 * STEP, 10 + 2 * STEP)).points) == LEAST
 
 

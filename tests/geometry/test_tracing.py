@@ -12,7 +12,7 @@ from livecl.geometry.bezier import signed_area
 from livecl.geometry.corners import find_corners, noise_of
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area
 from livecl.geometry.ellipses import ellipses_of
-from livecl.geometry.tracing import TracingPrices, trace
+from livecl.geometry.tracing import TracingPrices, traced_path
 
 FloatArray = NDArray[np.float64]
 
@@ -29,30 +29,30 @@ def cubics_of(path: FloatArray) -> FloatArray:
 
 
 def test_cheaper_segments_are_more() -> None:
-    counts = [len(trace(blob(), 0.0, TracingPrices(segment=price))) for price in (1e-3, 0.05, 2.0, 2e4)]
+    counts = [len(traced_path(blob(), 0.0, TracingPrices(segment=price))) for price in (1e-3, 0.05, 2.0, 2e4)]
     assert counts == sorted(counts, reverse=True) and counts[0] > counts[-1]
     assert counts[-1] == 4  # an ellipse is the simplest of all
 
 
 def test_noise_raises_the_price_of_segments() -> None:
     noisy = blob() + 0.2 * np.random.default_rng(5).normal(size=(180, 2))
-    priced, unpriced = (len(trace(noisy, 0.2, TracingPrices(noise=noise))) for noise in (12.0, 0.0))
-    assert priced <= len(trace(blob(), 0.0)) < unpriced
+    priced, unpriced = (len(traced_path(noisy, 0.2, TracingPrices(noise=noise))) for noise in (12.0, 0.0))
+    assert priced <= len(traced_path(blob(), 0.0)) < unpriced
 
 
 def test_paths_run_the_way_of_the_polyline_and_keep_its_area() -> None:
     for points in (blob(), blob(depth=0.0)):  # the second is a circle
-        area = signed_area(cubics_of(trace(points, 0.0)))
+        area = signed_area(cubics_of(traced_path(points, 0.0)))
         assert area > 0
-        assert signed_area(cubics_of(trace(points[::-1], 0.0))) == pytest.approx(-area, rel=2e-3)
+        assert signed_area(cubics_of(traced_path(points[::-1], 0.0))) == pytest.approx(-area, rel=2e-3)
         assert area == pytest.approx(np.pi * (26**2 + np.ptp(np.hypot(*(points - 40).T)) ** 2 / 8), rel=5e-3)
 
 
 def test_the_same_polyline_gives_the_same_path_anywhere() -> None:
     points = blob() + np.stack([np.linspace(0, 1, 180) ** 2, np.zeros(180)], axis=1)  # no two bends alike
-    path, shift = trace(points, 0.01), np.array((100.0, -50.0))
-    assert np.array_equal(path, trace(points, 0.01))
-    moved = trace(points + shift, 0.01) - shift  # rounding decides where a closed path begins
+    path, shift = traced_path(points, 0.01), np.array((100.0, -50.0))
+    assert np.array_equal(path, traced_path(points, 0.01))
+    moved = traced_path(points + shift, 0.01) - shift  # rounding decides where a closed path begins
     begins = int(np.argmin(np.hypot(*(moved[:, 0] - path[0, 0]).T)))
     np.testing.assert_allclose(np.roll(moved, -begins, axis=0), path, atol=1e-6)
 
@@ -61,14 +61,14 @@ def test_a_polyline_that_crosses_itself_becomes_a_path_that_does_not() -> None:
     angles = 2 * np.pi * np.arange(200) / 200
     eight = np.stack([40 + 30 * np.cos(angles), 40 + 12 * np.sin(2 * angles) + 6 * np.sin(angles)], axis=1)
     assert crossing_area(cubics_of(np.stack([eight, eight, eight], axis=1))) > CROSSING_AREA
-    assert crossing_area(cubics_of(trace(eight, 0.0))) <= CROSSING_AREA
+    assert crossing_area(cubics_of(traced_path(eight, 0.0))) <= CROSSING_AREA
 
 
 @pytest.mark.parametrize("count", [5, 8, 12])
 def test_the_smallest_polylines_are_circles(count: int) -> None:
     angles = 2 * np.pi * np.arange(count) / count
     points = 5 + 0.8 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    path = trace(points, 0.0)
+    path = traced_path(points, 0.0)
     area = count / 2 * 0.64 * np.sin(2 * np.pi / count)
     assert len(path) == 4 and signed_area(cubics_of(path)) == pytest.approx(area, rel=1e-3)
 
@@ -85,7 +85,7 @@ def test_noise_at_long_waves_counts_neighbours_that_deviate_alike() -> None:
     assert noise_of(noisy[1:], 4) == pytest.approx(0.2, rel=0.2)
     assert noise_of(noisy[1:]) < 0.08
     wavy = noisy[1] * (1 + 0.1 * np.sin(3 * angles))[:, None]
-    paths = [len(trace(wavy, noise_of([wavy]), waves=waves)) for waves in (0.0, noise_of([wavy], 4))]
+    paths = [len(traced_path(wavy, noise_of([wavy]), waves=waves)) for waves in (0.0, noise_of([wavy], 4))]
     assert paths[1] < paths[0]
 
 
@@ -122,7 +122,7 @@ def test_many_unknowns_are_solved_as_few_are(monkeypatch: pytest.MonkeyPatch) ->
     paths = []
     for many in (0, 10**6):
         monkeypatch.setattr(refinement, "MANY", many)
-        paths.append(trace(points, 0.1))
+        paths.append(traced_path(points, 0.1))
 
     assert len(paths[0]) > 40
     np.testing.assert_allclose(paths[0], paths[1], atol=1e-6)

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from livecl import Options, vectorize
-from livecl.layering.amodal import completed
+from livecl.layering.amodal import amodally_completed
 
 BoolArray = NDArray[np.bool_]
 
@@ -22,7 +22,7 @@ def _bar(half_height: float) -> NDArray[np.bool_]:
 
 def _joined(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> BoolArray | None:
     """Return what a region is joined to, on the whole picture."""
-    found = completed(region, alike, hidden)
+    found = amodally_completed(region, alike, hidden)
     if found.mask is None:
         return None
     whole = np.zeros_like(region)
@@ -44,10 +44,12 @@ def test_two_parts_of_a_disc_are_joined_behind_a_bar() -> None:
 def test_nothing_is_joined_where_nothing_hides_or_too_much() -> None:
     bar = _bar(3)
     upper, seen = DISC & ~bar & (ROWS < 20), DISC & ~bar
-    assert completed(upper, seen, np.zeros_like(bar)).mask is None  # two things, nothing between them
-    assert completed(upper, upper, bar).mask is None  # one thing
+    assert amodally_completed(upper, seen, np.zeros_like(bar)).mask is None  # two things, nothing between them
+    assert amodally_completed(upper, upper, bar).mask is None  # one thing
     wide = _bar(9)
-    assert completed(DISC & ~wide & (ROWS < 20), DISC & ~wide, wide).mask is None  # more is hidden than is seen
+    assert (
+        amodally_completed(DISC & ~wide & (ROWS < 20), DISC & ~wide, wide).mask is None
+    )  # more is hidden than is seen
 
 
 def test_a_region_keeps_what_does_not_lie_behind_anything() -> None:

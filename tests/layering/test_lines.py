@@ -11,7 +11,7 @@ from support.line_drawings import DRAWINGS, GRAY, disturbed
 from livecl import Drawing, Options, Rasterizer, render, vectorize
 from livecl.layering.context import Context
 from livecl.layering.inks import inks_of, paper_of, without_shading
-from livecl.layering.lines import lines_of
+from livecl.layering.lines import find_lines
 from livecl.layering.pens import with_fewer_pens
 from livecl.layering.strokes import find_strokes
 
@@ -124,7 +124,7 @@ def test_thin_ink_has_the_colour_of_its_wide_lines() -> None:
     (ink,) = inks_of(image, paper_of(image))
 
     np.testing.assert_allclose(ink.color, BLACK, atol=0.02)
-    thin = [found for found in lines_of(ink.coverage) if found.width < 4]
+    thin = [found for found in find_lines(ink.coverage) if found.width < 4]
     np.testing.assert_allclose([found.width for found in thin], 1.4, rtol=0.1)
 
 

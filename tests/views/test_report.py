@@ -23,7 +23,7 @@ from livecl.drawing.strokes import Strokes
 from livecl.image.background import target_over
 from livecl.image.errors import mse
 from livecl.run.result import Stage
-from livecl.views.report.markup import drawing_svg, number, psnr_text
+from livecl.views.report.markup import drawing_svg, number_text, psnr_text
 from livecl.views.report.measures import differences, layer_facts, page_size, with_solid
 from livecl.views.report.page import format_report, write_report
 from livecl.views.report.plot import error_plot
@@ -245,8 +245,8 @@ def test_plot_stays_in_its_frame(errors: tuple[float, ...]) -> None:
 
 
 def test_figures() -> None:
-    assert [number(value, 3) for value in (1.0, -0.0001, 100.0, 2.34567)] == ["1", "0", "100", "2.346"]
-    assert number(100.0, 0) == "100"
+    assert [number_text(value, 3) for value in (1.0, -0.0001, 100.0, 2.34567)] == ["1", "0", "100", "2.346"]
+    assert number_text(100.0, 0) == "100"
     assert (psnr_text(0.01), psnr_text(0.0)) == ("20.0", "∞")
 
 

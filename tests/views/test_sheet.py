@@ -16,9 +16,9 @@ from livecl.drawing.assembly import empty_drawing
 from livecl.views.sheet import (
     CHECKERBOARD,
     count_of,
-    fitted,
     fitted_size,
     over_checkerboard,
+    resized,
     save_plot,
     save_sheet,
     stage_sheet,
@@ -56,7 +56,7 @@ def test_sheet_wraps_and_scales() -> None:
     assert cell.shape[0] == single[0] // 9
     assert stage_sheet(image, many, columns=20).shape[1] == 9 * single[1]
     small = stage_sheet(image, result, cell=48)
-    assert pictures_in(small, (48, 40), over_checkerboard(np.asarray(fitted(image, (48, 40))) / np.float32(255))) == 1
+    assert pictures_in(small, (48, 40), over_checkerboard(np.asarray(resized(image, (48, 40))) / np.float32(255))) == 1
 
 
 def test_sheet_is_saved(tmp_path: Path) -> None:
@@ -96,7 +96,7 @@ def test_checkerboard() -> None:
 def test_fitting() -> None:
     assert fitted_size((100, 50), 240) == (240, 120)
     assert fitted_size((1, 1000), 100) == (1, 100)
-    squares = np.asarray(fitted(np.array([[[0, 0, 0.0], [1, 1, 1]]]), (2, 4)))
+    squares = np.asarray(resized(np.array([[[0, 0, 0.0], [1, 1, 1]]]), (2, 4)))
     assert squares[:, :, 0].tolist() == [[0, 0, 255, 255]] * 2
     assert [count_of(0, "path"), count_of(1, "path"), count_of(2, "path")] == ["0 paths", "1 path", "2 paths"]
 

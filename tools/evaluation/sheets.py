@@ -18,7 +18,7 @@ from livecl import quality
 from livecl.files import write_atomically
 from livecl.image.reading import over_background, read_image
 from livecl.svg import read_svg
-from livecl.views.sheet import count_of, fitted, fitted_size
+from livecl.views.sheet import count_of, fitted_size, resized
 
 #: Longest side of a picture, px; pictures of a sheet; stages shown before the final one.
 CELL, ROWS, EARLIER = 200, 8, 4
@@ -121,7 +121,7 @@ def _strip(row: Row, output: Path, picture: Path) -> Image.Image:
 
 def _shown(image: Any) -> Image.Image:
     """Return an image (H, W, 3) in [0, 1] at the size of a cell."""
-    return fitted(image, fitted_size(np.shape(image)[:2], CELL))
+    return resized(image, fitted_size(np.shape(image)[:2], CELL))
 
 
 def _stacked(strips: Sequence[Image.Image]) -> Image.Image:

@@ -16,7 +16,7 @@ from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.files import write_atomically
 from livecl.rendering.single import render
-from livecl.views.sheet import fitted, fitted_size, over_checkerboard
+from livecl.views.sheet import fitted_size, over_checkerboard, resized
 
 #: Side of a picture, its margin, and the height of a line of its caption, px.
 CELL, MARGIN, LINE = 150, 6, 16
@@ -38,7 +38,7 @@ def save_strip(file: Path, cells: Sequence[Cell], columns: int | None = None, si
     pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(12)
     for number, (picture, *captions) in enumerate(cells):
         left, top = number % columns * step_x + MARGIN, number // columns * step_y + MARGIN
-        sheet.paste(fitted(picture, fitted_size(picture.shape[:2], side)), (left, top))
+        sheet.paste(resized(picture, fitted_size(picture.shape[:2], side)), (left, top))
         pen.rectangle((left - 1, top - 1, left + side, top + side), outline=(204, 204, 204))
         for row, caption in enumerate(captions):
             ink = (112, 112, 112) if row else (32, 32, 32)

@@ -9,7 +9,7 @@ import numpy as np
 
 import livecl
 from figures.strip import save_small, save_strip, shown
-from livecl.views.sheet import fitted, stage_sheet
+from livecl.views.sheet import resized, stage_sheet
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 #: Side of the README's pictures, px.
@@ -29,7 +29,7 @@ def face(file: Path) -> None:
     image = livecl.read_image(EXAMPLES / "face.png")
     result = livecl.vectorize(image, schedule=(1,) * 6)
     pictures = [image, *(shown(stage.drawing, 2 * SIDE) for stage in result.stages)]
-    save_small(file, np.concatenate([np.asarray(fitted(picture, (SIDE, SIDE))) for picture in pictures], axis=1))
+    save_small(file, np.concatenate([np.asarray(resized(picture, (SIDE, SIDE))) for picture in pictures], axis=1))
 
 
 def edit(file: Path) -> None:

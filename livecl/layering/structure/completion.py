@@ -17,9 +17,10 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from livecl import interruption
 from livecl.geometry.crossings import polygon_crossing_area
+from livecl.geometry.polylines import polygon_area
 from livecl.layering.structure.continuations import Gap, bridges, curves, direction_at_end, tangent
 from livecl.layering.structure.contours import AFTER, BEFORE, COMPLETED, Contour, Outlines
-from livecl.layering.structure.prices import Prices, hidden_price, outline_price, signed_area, sliver_price
+from livecl.layering.structure.prices import Prices, hidden_price, outline_price, sliver_price
 from livecl.layering.structure.primitives import FARTHEST, fitted_primitive
 
 FloatArray = NDArray[np.float64]
@@ -41,7 +42,7 @@ MOST_CROSSED = 1.0
 TRAP = 1.25
 
 
-def completed(
+def completed_contour(
     contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
 ) -> tuple[Contour, float]:
     """Return a contour, outer outline or hole, with the gaps closed where that is cheaper, and its price.
@@ -65,9 +66,9 @@ def filled_out(contour: Contour, below: BoolArray, room: BoolArray, outlines: Ou
     """Return a completed contour; the convex hull of its visible part, below the rest, where no gap closes by itself.
 
     That hull is what several gaps become together, such as those that a lattice leaves. It is no evidence of order: any
-    region has one. Arguments as of :func:`completed`.
+    region has one. Arguments as of :func:`completed_contour`.
     """
-    whole, price = completed(contour, below, room, outlines, prices)
+    whole, price = completed_contour(contour, below, room, outlines, prices)
     hidden = below[contour.across]
     if whole is contour and hidden.any() and not hidden.all():
         hull = _around(contour, _hull(contour.points[~hidden]), below, room, outlines)
@@ -103,7 +104,7 @@ def _around(
     if points is None:
         return None
     hidden = below[contour.across]
-    if signed_area(points) * contour.area < 0:
+    if polygon_area(points) * contour.area < 0:
         points = points[::-1].copy()
     distance, nearest = cKDTree(contour.points[~hidden]).query(points)
     made_up = distance > FARTHEST
@@ -160,7 +161,7 @@ def _gaps_closed(
             done += 1
 
 
-def joined(
+def joined_contours(
     first: Contour, second: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
 ) -> tuple[Contour, float] | None:
     """Return two contours as one, joined below what covers both, and its price; None where their ends do not relate."""
@@ -205,7 +206,7 @@ def cut_in_two(
             cost = sum(outline_price(part.points, prices) for part in two)
             if (best is None or cost < best[1] - prices.better) and all(map(_simple, two)):
                 best = two, cost
-    if best is None or best[1] > completed(contour, below, room, outlines, prices)[1] + prices.ring:
+    if best is None or best[1] > completed_contour(contour, below, room, outlines, prices)[1] + prices.ring:
         return None
     return best[0]
 

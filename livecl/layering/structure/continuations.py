@@ -60,7 +60,7 @@ def _fit(count: int) -> FloatArray:
 def curves(gap: Gap) -> Iterator[FloatArray]:
     """Yield the curves that may close a gap: points without its ends."""
     start, enter, end, leave = gap
-    yield line(start, end)
+    yield straight_line(start, end)
     if enter is None or leave is None:
         return
     yield smooth(start, enter, end, leave)
@@ -72,7 +72,7 @@ def curves(gap: Gap) -> Iterator[FloatArray]:
     back = (enter[0] * way[1] - enter[1] * way[0]) / determinant
     if ahead >= 0 and back >= 0 and max(ahead, back) <= 3 * np.hypot(*way) + 3:
         corner = start + ahead * enter
-        yield np.concatenate([line(start, corner), corner[None], line(corner, end)])
+        yield np.concatenate([straight_line(start, corner), corner[None], straight_line(corner, end)])
 
 
 def bridges(gap: Gap, other: Gap, longest: float) -> Iterator[tuple[FloatArray, FloatArray]]:
@@ -87,11 +87,11 @@ def bridges(gap: Gap, other: Gap, longest: float) -> Iterator[tuple[FloatArray, 
     for way, length, a, b in zip(ways, lengths, (enter, enter2), (leave2, leave), strict=True):
         if length > SHORT and min(a @ way, b @ way) < AHEAD * length:
             return
-    yield line(start, end2), line(start2, end)
+    yield straight_line(start, end2), straight_line(start2, end)
     yield smooth(start, enter, end2, leave2), smooth(start2, enter2, end, leave)
 
 
-def line(start: FloatArray, end: FloatArray) -> FloatArray:
+def straight_line(start: FloatArray, end: FloatArray) -> FloatArray:
     """Return points (n, 2) between two others, px, at steps of about 1 px, without the two."""
     count = max(2, int(np.hypot(*(end - start))))
     return np.asarray(start + (end - start) * np.linspace(0, 1, count + 1)[1:-1, None])

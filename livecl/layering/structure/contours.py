@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.geometry.polylines import polygon_area
 from livecl.layering.structure.edges import edge_polylines
 from livecl.layering.structure.flat import SAME_COLOR, SAME_OF_NOISE, FlatRegions
-from livecl.layering.structure.prices import signed_area
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -58,7 +58,7 @@ class Contour:
     @functools.cached_property
     def area(self) -> float:
         """Signed area, px^2."""
-        return signed_area(self.points)
+        return polygon_area(self.points)
 
     def is_hole_of(self, outer: Contour) -> bool:
         """Whether it runs the other way round."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.drawing.colors import premultiplied_colors
 from livecl.layering.drift import Changes
 from livecl.layering.overlays import fit_overlaid
 from livecl.layering.ramps import COLOR_NUMBERS, LAYER_NUMBERS, Paint, fit_paint
@@ -41,12 +42,7 @@ def straight(pixels: FloatArray) -> FloatArray:
     return np.concatenate([np.clip(pixels[:, :3] / np.maximum(alpha, 1e-3), 0, 1), alpha], axis=1)
 
 
-def premultiplied(rgba: FloatArray) -> FloatArray:
-    """Return premultiplied RGBA (n, 4) of straight one."""
-    return np.concatenate([rgba[:, :3] * rgba[:, 3:], rgba[:, 3:]], axis=1)
-
-
-def fitted(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...]) -> Paint:
+def fitted_paint(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...]) -> Paint:
     """Fit a fill to the pixels (H, W) of a picture."""
     colors = straight(image[mask])
     if len(colors) < CUT_PIXELS:
@@ -156,7 +152,7 @@ def _cost_of(image: FloatArray, mask: BoolArray, parts: IntArray, price: float, 
     nearest = ndimage.distance_transform_edt(parts == 0, return_distances=False, return_indices=True)
     whole, total = np.where(mask, parts[tuple(nearest)], 0), 0.0
     for k in range(1, int(parts.max()) + 1):
-        paint, own = fitted(image, parts == k, price, kinds), whole == k
+        paint, own = fitted_paint(image, parts == k, price, kinds), whole == k
         total += float(np.square(paint.at(pixel_centers(own)) - straight(image[own])).sum())
         total += price * (paint.numbers + LAYER_NUMBERS - COLOR_NUMBERS)
     return total
@@ -165,12 +161,12 @@ def _cost_of(image: FloatArray, mask: BoolArray, parts: IntArray, price: float, 
 def _explained(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...]) -> BoolArray | None:
     """Return which pixels of a core the fill explains that explains most; None where it explains all or too few."""
     colors, points = straight(image[mask]), pixel_centers(mask)
-    seen, alphas = premultiplied(colors), np.maximum(colors[:, 3] ** 2, 1e-3)
+    seen, alphas = premultiplied_colors(colors), np.maximum(colors[:, 3] ** 2, 1e-3)
     weights = alphas
     for _ in range(TRIMS):
         interruption.check()
         paint = fit_paint(points, colors, weights, price, kinds)
-        miss = np.abs(premultiplied(paint.at(points)) - seen).max(axis=1)
+        miss = np.abs(premultiplied_colors(paint.at(points)) - seen).max(axis=1)
         if np.mean(miss > MISSED) <= MISSED_SHARE:
             break
         weights = alphas / (1 + np.square(miss / MISSED))
@@ -208,7 +204,7 @@ def absorbed_cores(
     def paint_of(k: int) -> Paint:
         if k not in paints:
             interruption.check()
-            paints[k] = fitted(image, labels == k, price, kinds)
+            paints[k] = fitted_paint(image, labels == k, price, kinds)
         return paints[k]
 
     for k in np.argsort(sizes[1:], kind="stable") + 1:

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
-from livecl.layering.structure.completion import SHORTEST_GAP, completed, joined
+from livecl.geometry.polylines import polygon_area
+from livecl.layering.structure.completion import SHORTEST_GAP, completed_contour, joined_contours
 from livecl.layering.structure.contours import AFTER, BEFORE, OWN, Contour, Outlines
-from livecl.layering.structure.prices import Prices, hidden_price, outline_price, signed_area
+from livecl.layering.structure.prices import Prices, hidden_price, outline_price
 
 FloatArray = NDArray[np.float64]
 Pairs = dict[tuple[int, int], float]
@@ -211,7 +212,7 @@ def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], p
             if o not in known or facing < SHORTEST_GAP or {(o, k), (k, o)} & enclosed:
                 continue
             below = outlines.covers((o,))
-            saved = price - completed(contour, below, outlines.room((k,), below), outlines, prices)[1]
+            saved = price - completed_contour(contour, below, outlines.room((k,), below), outlines, prices)[1]
             whole = outlines.of((k, o))[0]
             both = price - outline_price(whole.points, prices) - hidden_price(whole.area, contour.area, prices)
             if both > saved + prices.saving:
@@ -253,7 +254,7 @@ def _relations(
             if same_color(outlines, a, b):
                 interruption.check()
                 first, second = outlines.outer(a), outlines.outer(b)
-                found = joined(first, second, below, outlines.room((a, b), below), outlines, prices)
+                found = joined_contours(first, second, below, outlines.room((a, b), below), outlines, prices)
                 if found is not None:
                     apart = outline_price(first.points, prices) + outline_price(second.points, prices)
                     saved = apart + prices.layer - found[1]
@@ -283,7 +284,7 @@ def _bulge(contour: Contour, below: NDArray[np.bool_]) -> float:
     for start, length in contour.runs(below) or []:
         if length >= SHORTEST_GAP + 1:
             points = contour.points[(start + np.arange(length)) % len(contour)]
-            total += signed_area(points) * np.sign(contour.area)
+            total += polygon_area(points) * np.sign(contour.area)
             chord += float(np.hypot(*(points[-1] - points[0])))
     return float(np.clip(total / max(chord * chord, 1), -1, 1)) if chord else 0.0
 

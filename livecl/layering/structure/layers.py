@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
-from livecl.layering.structure.completion import completed, cut_in_two, filled_out, joined, trapped
+from livecl.layering.structure.completion import completed_contour, cut_in_two, filled_out, joined_contours, trapped
 from livecl.layering.structure.contours import Contour, Outlines
 from livecl.layering.structure.depth import (
     Pairs,
@@ -230,10 +230,10 @@ class _Scene:
         least = self.prices.saving + self._joint_depth(a, b)[0]
         for i, first in ends[0]:
             for j, second in ends[1]:
-                found = joined(first, second, below, room, self.outlines, self.prices)
+                found = joined_contours(first, second, below, room, self.outlines, self.prices)
                 if found is None:
                     continue
-                apart = sum(completed(c, below, room, self.outlines, self.prices)[1] for c in (first, second))
+                apart = sum(completed_contour(c, below, room, self.outlines, self.prices)[1] for c in (first, second))
                 saved = apart + self.prices.layer - found[1]
                 if saved > least and (best is None or saved > best.saved):
                     best = _Join(saved, (a, b), (i, j), found[0])

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.geometry.polylines import polygon_area
 from livecl.layering.structure.flat import SAME_COLOR, FlatRegions
 from livecl.layering.structure.layers import Layer
-from livecl.layering.structure.prices import signed_area
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -105,7 +105,7 @@ class Mosaic:
             if corners > MOST_CORNERS:
                 return None
             outlines = [np.stack([self.columns[x], self.rows[y]], axis=1).astype(np.float64) for y, x in loops(mask)]
-            outlines.sort(key=lambda points: -abs(signed_area(points)))
+            outlines.sort(key=lambda points: -abs(polygon_area(points)))
             color = self.colors[k if by_color else of_part[k]]
             shown = frozenset(np.unique(parts[ranks == number]).tolist())
             layers.append(Layer(outlines, color, shown, exact=True))

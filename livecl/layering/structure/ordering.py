@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
-from livecl.layering.structure.completion import completed
+from livecl.layering.structure.completion import completed_contour
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.depth import Pairs, Screen
 from livecl.layering.structure.prices import Prices
@@ -83,7 +83,7 @@ class _Costs:
             contours, below = outlines.of(around), outlines.covers(above)
             room = outlines.room(around, below)
             self._known[key] = sum(
-                completed(contour, below, room, outlines, self.prices)[1]
+                completed_contour(contour, below, room, outlines, self.prices)[1]
                 for contour in contours
                 if not (contour.is_hole_of(contours[0]) and below[contour.across].all())
             )

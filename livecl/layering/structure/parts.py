@@ -18,8 +18,8 @@ from scipy.spatial import cKDTree
 
 from livecl import interruption
 from livecl.geometry.corners import find_corners, noise_of
-from livecl.layering.structure.completion import completed
-from livecl.layering.structure.continuations import direction_at_end, line, smooth
+from livecl.layering.structure.completion import completed_contour
+from livecl.layering.structure.continuations import direction_at_end, smooth, straight_line
 from livecl.layering.structure.contours import COMPLETED, Contour, Outlines
 from livecl.layering.structure.depth import ground_regions
 from livecl.layering.structure.flat import FlatRegions
@@ -131,7 +131,7 @@ def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, price
         across = np.concatenate([np.full(len(chain), COMPLETED), np.full(len(curve), k)])
         points = np.concatenate([chain, curve[::-1]])
         back = Contour(points, across, np.zeros(len(points), np.int64))
-        price = completed(back, outlines.marks((k,)), inside, outlines, prices)[1]
+        price = completed_contour(back, outlines.marks((k,)), inside, outlines, prices)[1]
         both = price, whole - prices.layer + gain - saved
         saved -= price
         if saved <= max(prices.saving, best.saved if best else 0.0) or (max if exact else min)(both) > prices.simple:
@@ -200,7 +200,7 @@ def _continuation(
         along = np.linalg.svd(centered, full_matrices=False)[2][0]
         away = np.abs(centered[:, 0] * along[1] - centered[:, 1] * along[0])
         if np.sqrt(np.mean(away**2)) < ON_LINE + 3 * noise and away.max() < OFF_LINE + 6 * noise:
-            return line(start, end), True
+            return straight_line(start, end), True
     seen = arm if one_side else np.concatenate([arm, other])
     whole = fitted_primitive(seen)
     if whole is not None and len(seen) >= HALF * len(whole):

@@ -20,7 +20,7 @@ from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.geometry.bezier import bernstein
 from livecl.geometry.corners import noise_of
 from livecl.geometry.outlines import polygon_path
-from livecl.geometry.tracing import trace
+from livecl.geometry.tracing import traced_path
 from livecl.layering.ramps import Shading
 from livecl.layering.structure.finding import found_structure, structure_of
 from livecl.layering.structure.layers import Layer
@@ -179,4 +179,4 @@ def fitted_layer(layer: Layer, noise: float, waves: float = 0.0) -> list[FloatAr
     """Return the outlines of a layer as closed cubic paths (s, 3, 2); its noise is that of its points, px."""
     if layer.exact:
         return [polygon_path(points) for points in layer.outlines]
-    return [trace(points, noise, waves=waves) for points in layer.outlines]
+    return [traced_path(points, noise, waves=waves) for points in layer.outlines]

@@ -140,9 +140,3 @@ def sliver_price(share: float, prices: Prices = PRICES) -> float:
     Nobody draws a disc to show a sliver of it.
     """
     return prices.hidden * max(0.0, share - prices.sliver) ** 2
-
-
-def signed_area(points: FloatArray) -> float:
-    """Return the area of a closed polyline (n, 2), negative where it runs the other way round."""
-    x, y = points.T
-    return 0.5 * float(x[:-1] @ y[1:] - y[:-1] @ x[1:] + x[-1] * y[0] - y[-1] * x[0])

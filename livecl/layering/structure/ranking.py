@@ -13,11 +13,11 @@ from scipy import ndimage
 
 from livecl import interruption
 from livecl.drawing.fills import Fills
+from livecl.geometry.polylines import polygon_area
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.cores import pixel_centers
 from livecl.layering.structure.flat import SAME_COLOR, FlatRegions
 from livecl.layering.structure.layers import Layer
-from livecl.layering.structure.prices import signed_area
 from livecl.layering.structure.smooth import SmoothRegions
 
 FloatArray = NDArray[np.float64]
@@ -297,7 +297,7 @@ def mask_of(layer: Layer, size: tuple[int, int]) -> BoolArray:
     interruption.check()
     winding = np.zeros(size, np.int64)
     for points in layer.outlines:
-        winding[polygon2mask(size, points[:, ::-1] - 0.5)] += int(np.sign(signed_area(points)))
+        winding[polygon2mask(size, points[:, ::-1] - 0.5)] += int(np.sign(polygon_area(points)))
     return np.asarray(winding != 0)
 
 

@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.drawing.colors import premultiplied_colors
 from livecl.layering.drift import Changes
 from livecl.layering.ramps import COLOR_NUMBERS, Paint
 from livecl.layering.structure.cores import (
     CUT_PIXELS,
     absorbed_cores,
     cut_cores,
-    fitted,
+    fitted_paint,
     pixel_centers,
-    premultiplied,
     smooth_cores,
     straight,
 )
@@ -97,12 +97,12 @@ class SmoothRegions(FlatRegions):
             interruption.check()
             own = self.pixels_of(ids)
             kinds = self.kinds if self._changes.drift(own) else ()
-            self._paints[ids] = fitted(self.image, own, self.price, kinds)
+            self._paints[ids] = fitted_paint(self.image, own, self.price, kinds)
         return self._paints[ids]
 
     def shown(self, ids: frozenset[int], mask: BoolArray) -> FloatArray:
         """Return what the fill of some regions shows at pixels (H, W), as pixels of the picture: (n, C)."""
-        return premultiplied(self.paint(ids).at(pixel_centers(mask)))[:, : self.image.shape[2]]
+        return premultiplied_colors(self.paint(ids).at(pixel_centers(mask)))[:, : self.image.shape[2]]
 
     def pixels_of(self, ids: frozenset[int]) -> BoolArray:
         """Return the pixels (H, W) that are some regions' alone; all of theirs where these are few."""

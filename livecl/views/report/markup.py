@@ -98,7 +98,7 @@ def drawing_svg(
 
 def solid_paint(rgba: NDArray[np.float64]) -> str:
     """Return a colour as the attributes of SVG."""
-    return f'fill="{format_rgb(rgba)}"' + (f' fill-opacity="{number(rgba[3], 5)}"' if rgba[3] < 1 else "")
+    return f'fill="{format_rgb(rgba)}"' + (f' fill-opacity="{number_text(rgba[3], 5)}"' if rgba[3] < 1 else "")
 
 
 def fill_of(drawing: Drawing, layer: int) -> str:
@@ -181,12 +181,12 @@ def _path_data(drawing: Drawing, layer: int, precision: int) -> str:
         points = drawing.points[subpath].reshape(-1, 2)
         is_open = drawing.strokes.is_open[index]  # the last row is then the end of the line, without handles
         row = points[:-2] if is_open else np.concatenate([points, points[:1]])
-        x, y, *others = (number(value, precision) for value in row.ravel())
+        x, y, *others = (number_text(value, precision) for value in row.ravel())
         parts.append(f"M{x} {y}C{' '.join(others)}{'' if is_open else 'Z'}")
     return "".join(parts)
 
 
-def number(value: float, precision: int) -> str:
+def number_text(value: float, precision: int) -> str:
     """Format a number with a maximum of decimals."""
     shown = f"{value:.{precision}f}"
     shown = shown.rstrip("0").rstrip(".") if "." in shown else shown

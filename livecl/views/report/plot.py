@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 
 from livecl.run.result import Stage
-from livecl.views.report.markup import number, text
+from livecl.views.report.markup import number_text, text
 from livecl.views.sheet import count_of
 
 #: Size of the plot, px, and its margins: left, right, top, bottom.
@@ -28,13 +28,13 @@ def error_plot(stages: Sequence[Stage]) -> str:
 
     def x_of(count: float) -> str:
         share = (count - x_low) / (x_high - x_low) if x_high > x_low else 0.5
-        return number(left + 10 + share * (_PLOT[0] - left - right - 20), 1)
+        return number_text(left + 10 + share * (_PLOT[0] - left - right - 20), 1)
 
     def y_of(error: float) -> str:
         scale = math.log if logarithmic else float
         span = scale(high) - scale(low)
         share = (scale(error) - scale(low)) / span if span else 0.5
-        return number(_PLOT[1] - bottom - share * (_PLOT[1] - top - bottom), 1)
+        return number_text(_PLOT[1] - bottom - share * (_PLOT[1] - top - bottom), 1)
 
     floor = _PLOT[1] - bottom
     grid = ['<text x="4" y="10">mean squared error</text>']

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from livecl.layering.structure.completion import TRAP, _points_between, completed, cut_in_two, joined, trapped
+from livecl.layering.structure.completion import (
+    TRAP,
+    _points_between,
+    completed_contour,
+    cut_in_two,
+    joined_contours,
+    trapped,
+)
 from livecl.layering.structure.contours import COMPLETED, Contour, Outlines
 from livecl.layering.structure.flat import flat_regions
 from livecl.layering.structure.prices import PRICES, outline_price
@@ -53,7 +60,7 @@ def area(contour: Contour) -> float:
 def test_a_half_hidden_disc_is_a_whole_one() -> None:
     scene = Scene(disc(36, 30, 18), box(40, 4, 70, 56))
     (seen,) = scene.parts
-    whole, price = completed(seen, *scene.arguments, PRICES)
+    whole, price = completed_contour(seen, *scene.arguments, PRICES)
     assert area(whole) == pytest.approx(np.pi * 18**2, rel=0.02)
     assert price < outline_price(seen.points)
     assert (whole.across[whole.points[:, 0] > 43] == COMPLETED).all()
@@ -64,14 +71,14 @@ def test_an_outline_below_nothing_stays() -> None:
     scene = Scene(disc(36, 30, 18), box(40, 4, 70, 56))
     (seen,) = scene.parts
     nothing = scene.outlines.marks(())
-    whole, price = completed(seen, nothing, scene.outlines.room(scene.red, nothing), scene.outlines, PRICES)
+    whole, price = completed_contour(seen, nothing, scene.outlines.room(scene.red, nothing), scene.outlines, PRICES)
     assert whole is seen and price == outline_price(seen.points)
 
 
 def test_nothing_is_made_up_where_there_is_no_room() -> None:
     """A cover of 6 px: the disc would show beyond it."""
     scene = Scene(disc(36, 30, 18) & box(0, 0, 40, 60), box(40, 4, 46, 56))
-    whole, _ = completed(scene.parts[0], *scene.arguments, PRICES)
+    whole, _ = completed_contour(scene.parts[0], *scene.arguments, PRICES)
     assert whole.points[:, 0].max() < 46.5
     assert area(whole) < 0.8 * np.pi * 18**2
 
@@ -80,7 +87,7 @@ def test_nothing_is_made_up_where_there_is_no_room() -> None:
 def test_two_parts_of_a_bar_are_joined_below_what_crosses_it(lower: float) -> None:
     cover = box(34, 4, 46, 56)
     scene = Scene(box(8, 20, 40, 34) | box(40, 20 + lower, 72, 34 + lower), cover)
-    found = joined(*scene.parts, *scene.arguments, PRICES)
+    found = joined_contours(*scene.parts, *scene.arguments, PRICES)
     assert found is not None
     assert area(found[0]) == pytest.approx(64 * 14, rel=0.03)
     assert found[1] < sum(outline_price(part.points) for part in scene.parts)
@@ -88,9 +95,9 @@ def test_two_parts_of_a_bar_are_joined_below_what_crosses_it(lower: float) -> No
 
 def test_parts_that_do_not_see_each_other_stay_apart() -> None:
     scene = Scene(box(8, 4, 40, 18) | box(40, 40, 72, 54), box(34, 2, 46, 58))
-    assert joined(*scene.parts, *scene.arguments, PRICES) is None
+    assert joined_contours(*scene.parts, *scene.arguments, PRICES) is None
     apart = Scene(box(8, 20, 32, 34) | box(48, 20, 72, 34), box(34, 4, 46, 56))  # white shows between
-    assert joined(*apart.parts, *apart.arguments, PRICES) is None
+    assert joined_contours(*apart.parts, *apart.arguments, PRICES) is None
 
 
 def test_a_ring_closes_below_what_covers_it() -> None:

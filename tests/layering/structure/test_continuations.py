@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from livecl.layering.structure.continuations import bridges, curves, direction_at_end, line, smooth, tangent
+from livecl.layering.structure.continuations import bridges, curves, direction_at_end, smooth, straight_line, tangent
 
 FloatArray = NDArray[np.float64]
 
@@ -47,8 +47,8 @@ def test_runs_without_extent_have_no_direction() -> None:
 
 
 def test_lines_have_points_a_pixel_apart_without_their_ends() -> None:
-    np.testing.assert_allclose(line(*at((2, 1), (6, 1))), at((3, 1), (4, 1), (5, 1)))
-    assert len(line(*at((2, 1), (2, 1)))) == 1
+    np.testing.assert_allclose(straight_line(*at((2, 1), (6, 1))), at((3, 1), (4, 1), (5, 1)))
+    assert len(straight_line(*at((2, 1), (2, 1)))) == 1
 
 
 def test_smooth_curves_between_alike_turns_are_arcs() -> None:

@@ -14,7 +14,7 @@ from skimage.draw import polygon2mask
 
 from livecl import read_image
 from livecl.geometry.crossings import polygon_crossing_area
-from livecl.layering.structure.completion import completed, filled_out
+from livecl.layering.structure.completion import completed_contour, filled_out
 from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.depth import few_alike
 from livecl.layering.structure.flat import flat_regions
@@ -112,8 +112,8 @@ def test_an_outline_that_turns_just_where_it_disappears_pays_for_it() -> None:
     disc_over_it = next(k for k in range(outlines.count) if abs(outlines.regions.colors[k][2] - BLUE[2]) < 0.02)
     below = outlines.marks([disc_over_it])
     room = outlines.room([red], below)
-    whole, _ = completed(outlines.outer(red), below, room, outlines, PRICES)
-    cut, _ = completed(outlines.outer(red), below, room, outlines, dataclasses.replace(PRICES, accident=0.0))
+    whole, _ = completed_contour(outlines.outer(red), below, room, outlines, PRICES)
+    cut, _ = completed_contour(outlines.outer(red), below, room, outlines, dataclasses.replace(PRICES, accident=0.0))
     assert abs(whole.area) > 0.98 * 60 * 54
     assert abs(cut.area) < 0.95 * 60 * 54  # a line from where the board disappears to where it comes back
 
@@ -126,7 +126,7 @@ def test_a_shape_whose_gap_does_not_close_by_itself_is_as_convex_as_it_may_be() 
     below = outlines.marks([blue])
     arguments = below, outlines.room([red], below), outlines, PRICES
     bay = outlines.outer(red)
-    assert completed(bay, *arguments)[0] is bay
+    assert completed_contour(bay, *arguments)[0] is bay
     # Up to the line through the ends of the bay, where the disc's rim meets the sides of the box. Two pixels before
     # these its tips are narrower than a pixel.
     width = 70 - np.sqrt(34**2 - 28**2) - 18
@@ -143,7 +143,7 @@ def _disc_below_two_boxes() -> tuple[Outlines, int, int, int]:
 def test_a_region_lies_below_two_others_where_it_is_whole_below_both() -> None:
     outlines, red, blue, green = _disc_below_two_boxes()
     alone = outlines.marks([blue])
-    saved = completed(outlines.outer(red), alone, outlines.room([red], alone), outlines, PRICES)[1]
+    saved = completed_contour(outlines.outer(red), alone, outlines.room([red], alone), outlines, PRICES)[1]
     assert saved == pytest.approx(outline_price(outlines.outer(red).points), abs=0.3)  # one cover does not tell
     front = {(red, blue): 0.2, (green, red): 1.5}
     found, order = settled(outlines, front, {}, [red, blue, green], [], PRICES)
