@@ -21,13 +21,15 @@ IntArray = NDArray[np.intp]
 JUST_NOTICEABLE = 1.0
 #: Rounds of Lloyd's iteration, and of moving layers between clusters, at most; fall of the squared error that counts.
 ROUNDS, LEAST_GAIN = 50, 1e-6
+#: Share of a pixel's colour that layers leave to the background from which on it is one of the colours.
+SHOWN = 0.5
 
 
 def with_few_colors(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Drawing:
     """Return a drawing whose solid layers that are `free`, (N,), have the colours that the options ask for.
 
-    `Options.palette`: each the nearest of it. `Options.colors`: that many, the background's among them, of least
-    squared error in the picture. Without either, with `Options.simplify`: layers of nearly the same colour have that of
+    `Options.palette`: each the nearest of it. `Options.colors`: that many, of least squared error in the picture,
+    the background's among them if a pixel shows it by half. Without either, with `Options.simplify`: layers of nearly the same colour have that of
     the largest.
     """
     options = context.options
@@ -41,7 +43,7 @@ def with_few_colors(context: Context, drawing: Drawing, free: NDArray[np.bool_])
         shares = visible_shares(layer_alphas(drawing, context.rasterizer))
         if options.colors:
             fixed = colors[~changed]
-            if drawing.background is not None:
+            if drawing.background is not None and (shares.sum(axis=0) < SHOWN).any():
                 fixed = np.concatenate([fixed, drawing.background[None]])
             fixed = np.unique(np.round(fixed * 255) / 255, axis=0)
             colors[changed] = fewest(_Picture.of(context, drawing, changed, shares), colors[changed], fixed)

@@ -55,6 +55,17 @@ def test_as_many_colors_as_asked_for_background_included(count: int) -> None:
     np.testing.assert_array_equal(quantize(found).colors, found.colors)
 
 
+def test_a_background_that_is_covered_everywhere_is_none_of_the_colors() -> None:
+    drawing = bars(SEVEN)
+    page = rectangle(np.array([0.0, 0.0]), np.array([float(SIZE[1]), float(SIZE[0])]))
+    assert page is not None
+    outlines = [[page.points], *([shape] for shape in np.split(drawing.points, drawing.segment_offsets[1:-1]))]
+    covered = Drawing.from_outlines(outlines, np.concatenate([[(0.3, 0.4, 0.5, 1)], drawing.colors]), SIZE, (1, 1, 1))
+    found = changed(covered, colors=4)
+    assert len(np.unique(found.colors[:, :3], axis=0)) == 4
+    assert not (found.colors[:, :3] == 1).all(axis=1).any()
+
+
 def test_clusters_are_no_worse_than_the_best_split() -> None:
     """Of all splits of six weighted colours in two, three and four: within 15 % of the least squared error."""
     rng = np.random.default_rng(0)
