@@ -28,9 +28,9 @@ SHOWN = 0.5
 def with_few_colors(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Drawing:
     """Return a drawing whose solid layers that are `free`, (N,), have the colours that the options ask for.
 
-    `Options.palette`: each the nearest of it. `Options.colors`: that many, of least squared error in the picture,
-    the background's among them if a pixel shows it by half. Without either, with `Options.simplify`: layers of nearly the same colour have that of
-    the largest.
+    `Options.palette`: each the nearest of it. `Options.colors`: that many, of least squared error in the picture, the
+    background's among them if a pixel shows it by half. Without either, with `Options.simplify`: layers of nearly the
+    same colour have that of the largest.
     """
     options = context.options
     changed = free & (drawing.fills.kinds == SOLID)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -19,8 +21,9 @@ FloatArray = NDArray[np.float64]
 INSIDE, CLEAR = 0.5, 0.95
 #: Pixels that decide on depth or colour, at least; and area of the smallest part of a mask, px^2.
 LEAST_PIXELS, LEAST_AREA = 3, 3.0
-#: Difference of colour that counts as another colour, and of the means of such differences that decides nothing.
-DIFFERENT, EQUAL = 0.1, 0.01
+#: Levels of a channel that count as different colours, and share of a mask's pixels up to which a colour is as good as
+#: absent.
+BINS, RARE = 8, 1e-3
 #: Share of grey pixels at a mask's edge under which it is steps of pixels, and the blur that evens them, px.
 SOFT, EVENED = 0.3, 0.7
 
@@ -61,29 +64,58 @@ def masked_layers(
 def depth_order(image: NDArray[np.floating], masks: NDArray[np.floating]) -> list[int]:
     """Return the masks, the lowest first, peeled off from the top; those that do not overlap stay in their order.
 
-    A thing that nothing covers shows one colour all over its mask. So again and again the mask is taken off whose
-    pixels, but for those under masks taken off before, differ least from their median; of about equal ones the smallest
-    in area. A mask of which nothing is left lies below all.
+    Of two masks that overlap the upper one shows where they do: there the picture has the colours that it has in the
+    rest of that mask. One that lies within the other is above it. So again and again the mask is taken off that the
+    others left lie above least, by the pixels that no mask taken off before covers; of equal ones the smallest in area.
     """
-    pixels = np.asarray(image[..., :3], dtype=np.float64)
+    bins = np.minimum(np.asarray(image[..., :3], dtype=np.float64) * BINS, BINS - 1).astype(np.intp) @ (
+        BINS**2,
+        BINS,
+        1,
+    )
     areas = masks.sum(axis=(1, 2))
+    clear, touched = masks >= CLEAR, masks > 1 - CLEAR
     free = np.ones(masks.shape[1:], bool)
     left, order = list(range(len(masks))), []
-    spreads: dict[int, float] = {}
+    above = np.zeros((len(masks), len(masks)))  # how much each mask is above each other one
+    changed = list(itertools.combinations(left, 2))
     while left:
-        for k in left:
-            if k not in spreads:
-                spreads[k] = _spread(pixels, masks[k], free)
-        least = min(spreads.values())
-        top = min((k for k in left if spreads[k] <= least + EQUAL), key=lambda k: (areas[k], -k))
+        for a, b in changed:
+            above[a, b] = _above(bins, (clear[a] & free, touched[a]), (clear[b] & free, touched[b]))
+            above[b, a] = -above[a, b]
+        covered = {k: float(above[left, k].max()) for k in left}
+        least = max(min(covered.values()), 0.0)
+        top = min((k for k in left if covered[k] <= least), key=lambda k: (areas[k], -k))
         order.append(top)
         left.remove(top)
-        del spreads[top]
-        free &= masks[top] <= 1 - CLEAR
-        for k in left:  # those that it covered in part
-            if ((masks[k] >= INSIDE) & (masks[top] > 1 - CLEAR)).any():
-                spreads.pop(k, None)
+        free &= ~touched[top]
+        above[top], above[:, top] = 0.0, 0.0
+        meets = {k for k in left if (clear[k] & touched[top]).any()}
+        changed = [pair for pair in itertools.combinations(left, 2) if meets & set(pair)]
     return _in_given_order(order[::-1], masks)
+
+
+def _above(
+    bins: NDArray[np.intp],
+    first: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+    second: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+) -> float:
+    """Return how much more the pixels of two masks look like the rest of the first one than like that of the second.
+
+    Mean logarithm of the ratio of the shares of their colours, (H, W) numbers of colours, from -1 to 1. Given of each
+    mask are the pixels that are surely its own, and all that it touches.
+    """
+    both = first[0] & second[0]
+    if np.count_nonzero(both) < LEAST_PIXELS:
+        return 0.0
+    rests = first[0] & ~second[1], second[0] & ~first[1]
+    sizes = [np.count_nonzero(rest) for rest in rests]
+    if max(sizes) < LEAST_PIXELS:
+        return 0.0
+    if min(sizes) < LEAST_PIXELS:  # one lies within the other
+        return float(np.sign(sizes[1] - sizes[0]))
+    shares = [np.bincount(bins[rest], minlength=BINS**3) / size + RARE for rest, size in zip(rests, sizes, strict=True)]
+    return float(np.log(shares[0] / shares[1])[bins[both]].mean() / -np.log(RARE))
 
 
 def _in_given_order(order: list[int], masks: NDArray[np.floating]) -> list[int]:
@@ -96,14 +128,6 @@ def _in_given_order(order: list[int], masks: NDArray[np.floating]) -> list[int]:
         result.append(min(free))
         left.remove(result[-1])
     return result
-
-
-def _spread(pixels: FloatArray, mask: NDArray[np.floating], free: NDArray[np.bool_]) -> float:
-    """Return how much the free pixels of a mask differ from their median, on the average: 0 to 1; 2 without any."""
-    for own in ((mask >= CLEAR) & free, (mask >= INSIDE) & free):
-        if (color := _median(pixels, own)) is not None:
-            return float(np.minimum(np.abs(pixels[own] - color).max(axis=1) / DIFFERENT, 1).mean())
-    return 2.0
 
 
 def mask_outline(mask: NDArray[np.floating]) -> list[FloatArray]:

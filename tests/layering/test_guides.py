@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -29,6 +31,21 @@ def masks_of(drawing: Drawing) -> NDArray[np.float32]:
 def test_depth_is_read_off_the_picture_however_masks_are_ordered(order: tuple[int, ...]) -> None:
     drawing = scene()
     found = depth_order(render(drawing), masks_of(drawing)[list(order)])
+    assert [order[k] for k in found] == [0, 1, 2]
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
+def test_a_thing_of_many_colours_stands_before_a_plain_one(order: tuple[int, ...]) -> None:
+    """A house of wall, roof, door and windows before a meadow that goes on behind it, and the sky behind both."""
+    sky = drawings.rectangle(0, 0, 80, 60), (0.6, 0.8, 1, 1)
+    meadow = drawings.rectangle(0, 35, 80, 60), GREEN
+    wall, roof = drawings.rectangle(20, 20, 60, 50), drawings.rectangle(16, 8, 64, 20)
+    door, window = drawings.rectangle(24, 30, 34, 50), drawings.rectangle(42, 36, 54, 44)
+    house = (wall, (0.9, 0.8, 0.6, 1)), (roof, RED), (door, (0.4, 0.2, 0.1, 1)), (window, BLUE)
+    drawing = drawings.build([([outline], color) for outline, color in (sky, meadow, *house)], (60, 80), WHITE)
+    coverages = masks_of(drawing)
+    masks = np.stack([coverages[0], coverages[1], coverages[2:].max(axis=0)])
+    found = depth_order(render(drawing), masks[list(order)])
     assert [order[k] for k in found] == [0, 1, 2]
 
 
