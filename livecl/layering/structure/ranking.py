@@ -36,8 +36,8 @@ UNITED_SHARE, UNITED_MORE = 2, 40
 #: of 18 shapes at 8 paths, and whole shapes as without such unions. A thirtieth, which such a seam adds, the mean of
 #: (a (1 - a))^2 over coverages a, gives .0003, and on icons .0006 less overlap.
 SEAM = 0.3
-#: Share of the error of leaving the last layer out that one colour for two may cost: colours nearly as far from each
-#: other as from what lies below are not one.
+#: Share of the error of leaving the last layer out that one colour for two, or one place, may cost: colours nearly as
+#: far from each other as from what lies below are not one.
 NEAR = 0.5
 
 
@@ -211,13 +211,15 @@ class Structure:
         for rise, gain, lower, upper in sorted(pairs):
             if best is not None and (rise, gain) >= best.lost:
                 break
-            place = self._place_of_both(lower, upper)
-            if place is not None:
+            place, moved = self._place_of_both(lower, upper)
+            if moved == 0:
                 return _Union((rise, gain), lower, upper, place, self.layers[lower].outlines)
+            ways = [] if best is None else [best]
+            if rise + moved <= NEAR * self.gains[self.ranked[-1]]:
+                ways.append(_Union((rise + moved, gain), lower, upper, place, self.layers[lower].outlines))
             if (seen := self._seen_outlines(lower)) is not None:
-                lost = rise + SEAM * seen[1], gain
-                if best is None or lost < best.lost:
-                    best = _Union(lost, lower, upper, upper, seen[0])
+                ways.append(_Union((rise + SEAM * seen[1], gain), lower, upper, upper, seen[0]))
+            best = min(ways, key=lambda union: union.lost, default=None)
         return best
 
     def _without(self, layer: int) -> Structure:
@@ -259,13 +261,23 @@ class Structure:
             return Structure.of(self.regions, layers, self.ground, np.delete(masks, layer, axis=0), *self._kept)
         return None
 
-    def _place_of_both(self, lower: int, upper: int) -> int | None:
-        """Return which of two layers' places both may have; None where what lies between overlaps either."""
-        between = self.masks[lower + 1 : upper].any(axis=0)
-        for place, moved in ((lower, upper), (upper, lower)):
-            if not (between & self.masks[moved]).any():
-                return place
-        return None
+    def _place_of_both(self, lower: int, upper: int) -> tuple[int, float]:
+        """Return which of two layers' places both may have, and the squared error where this changes what is seen."""
+        between = (self.top > lower + 1) & (self.top < upper + 1)
+        risen = self.masks[lower] & between
+        sunk = (self.top == upper + 1) & self.masks[lower + 1 : upper].any(axis=0)
+        lost = float(self._differences[self.top[risen] - 1, lower].sum())
+        if lost == 0:
+            return upper, lost
+        shown = upper - 1 - np.argmax(self.masks[lower + 1 : upper, sunk][::-1], axis=0)
+        below = float(self._differences[shown, upper].sum())
+        return (lower, below) if below < lost else (upper, lost)
+
+    @functools.cached_property
+    def _differences(self) -> FloatArray:
+        """Squared differences of the layers' colours, (N, N)."""
+        colors = np.array([layer.color for layer in self.layers])
+        return np.asarray(np.square(colors[:, None] - colors[None]).sum(axis=-1))
 
     def _seen_outlines(self, layer: int) -> tuple[list[FloatArray], int] | None:
         """Return the outlines of what is seen of a layer, and how much of them borders on other shapes, px."""

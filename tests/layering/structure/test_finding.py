@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from livecl.layering.structure.finding import found_structure
 from livecl.layering.structure.flat import clean_regions, noisy_regions
 from livecl.layering.structure.layers import Layer
 from livecl.layering.structure.placing import place_structure
-from livecl.layering.structure.ranking import mask_of
+from livecl.layering.structure.ranking import Structure, mask_of
 
 WHITE, MANY = np.ones(3), 99
 SHADING = Shading(("linear", "radial"), 5e-6 / 28)
@@ -314,3 +315,21 @@ def test_shapes_that_hid_what_shows_are_joined_with_no_others(data_dir: Path) ->
     assert found is not None
     assert found.mistaken < 0.002  # .033 with all joins
     assert not found.mistaken_by(0.002)
+
+
+@pytest.mark.parametrize(("hidden", "united"), [(2, True), (12, False)])
+def test_shapes_of_one_color_share_a_path_where_little_of_what_lies_between_changes(hidden: int, united: bool) -> None:
+    blue, red = np.array((0.1, 0.3, 0.8)), np.array((0.9, 0.2, 0.2))
+    lefts, tops, rights, bottoms = (4, 24 - hidden, 44 - hidden), (4, 10, 8), (24, 44, 62), (30, 20, 60)
+    image, masks, layers = np.ones((64, 64, 3), np.float32), np.zeros((3, 64, 64), bool), []
+    for k, (left, top, right, bottom) in enumerate(zip(lefts, tops, rights, bottoms, strict=True)):
+        masks[k, top:bottom, left:right] = True
+        image[masks[k]] = red if k == 1 else blue
+        corners = [(left, top), (right, top), (right, bottom), (left, bottom)]
+        layers.append(Layer([np.array(corners, float)], red if k == 1 else blue))
+    regions = clean_regions(image)
+    for k, (row, column) in enumerate([(25, 10), (15, 27), (50, 55)]):
+        layers[k] = dataclasses.replace(layers[k], shown=frozenset((int(regions.labels[row, column]),)))
+    found = Structure.of(regions, layers, WHITE, masks).united(2)
+    assert len(found.ranked) == 2
+    assert (found.left_out is None) == united
