@@ -8,6 +8,7 @@ this saves may cost some error, as everywhere (`SEGMENT_ERROR`, of six numbers).
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Iterator
 
@@ -32,20 +33,30 @@ from livecl.layering.thinning import worth
 
 FloatArray = NDArray[np.float64]
 
-#: Steps along an outline and away from it, px, at which the ring beside it is looked at.
-ALONG, STEP = 1.5, 0.25
-#: Distance, px, within which an edge blurs what is seen, and share of a pixel that is seen of a ring at least.
-EDGE, SEEN = 1.5, 0.5
-#: Share of the outline beside which the ring is seen, and of that where its width is the usual one, at least.
-SHOWN, EVEN = 0.5, 0.75
-#: How far a width may be from the usual one, px and as a share of it; and widest ring, by the shorter side.
-SLACK, SHARE, WIDEST = 0.5, 0.15, 0.12
-#: Lengths, in widths of the ring, of segments that are left out, in turn: ends of corners that were cut off.
-BLUNT = (0.0, 0.4)
-#: Share of the error that strokes add at first which training leaves at least: those that cost more are not trained.
-HOPE = 0.02
-#: Share of a layer's area that must lie within another one to be inside it.
-INSIDE = 0.97
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class RingRules:
+    """What counts as a ring of even width around a shape.
+
+    Values: chosen by hand; with them, and no others, the drawings of docs/strokes.md, "Outlines around fills", were
+    measured.
+    """
+
+    along: float = 1.5  # steps, px, along an outline at which the ring beside it is looked at
+    step: float = 0.25  # steps, px, away from it
+    edge: float = 1.5  # distance, px, within which an edge blurs what is seen
+    seen: float = 0.5  # share of a pixel that is seen of a ring, at least
+    shown: float = 0.5  # share of the outline beside which the ring is seen, at least
+    even: float = 0.75  # share of that where its width is the usual one, at least
+    slack: float = 0.5  # how far a width may be from the usual one, px ...
+    share: float = 0.15  # ... or as a share of it
+    widest: float = 0.12  # of rings, in shorter sides of the picture
+    blunt: tuple[float, ...] = (0.0, 0.4)  # lengths, in widths, of segments left out in turn: ends of cut-off corners
+    hope: float = 0.02  # share of the error that strokes add at first which training leaves, at least
+    inside: float = 0.97  # share of a layer's area within another one that makes it lie inside
+
+
+RINGS = RingRules()
 
 
 def bordered(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> tuple[Drawing, NDArray[np.intp]]:
@@ -87,7 +98,7 @@ def _with_strokes(
     inner = [
         layer
         for layer in range(ring + 1, drawing.num_layers)
-        if plain[layer] and (alphas[layer] * alphas[ring]).sum() > INSIDE * alphas[layer].sum() > 0
+        if plain[layer] and (alphas[layer] * alphas[ring]).sum() > RINGS.inside * alphas[layer].sum() > 0
     ]
     if not inner:
         return None
@@ -104,7 +115,7 @@ def _with_strokes(
         if best is None or error < best[0]:
             best = error, changed, kept
     before = context.visible_mse(drawing)
-    if best is None or HOPE * (best[0] - before) >= worth(drawing, best[1]):
+    if best is None or RINGS.hope * (best[0] - before) >= worth(drawing, best[1]):
         return None
     _, changed, kept = best
     moved = np.zeros(changed.num_layers, bool)
@@ -120,30 +131,30 @@ def _ring_width(drawing: Drawing, layer: int, seen: FloatArray, inside: FloatArr
     """
     cubics = np.concatenate([drawing.cubics[rows] for rows in drawing.subpaths(layer)])
     places, normals = _samples(cubics)
-    beside = [_at(inside, places + side * EDGE * normals).mean() for side in (1, -1)]
+    beside = [_at(inside, places + side * RINGS.edge * normals).mean() for side in (1, -1)]
     if beside[1] < beside[0]:
         normals = -normals
-    reach = WIDEST * min(drawing.size)
-    offsets = np.arange(-EDGE, reach + 2 * EDGE, STEP)
+    reach = RINGS.widest * min(drawing.size)
+    offsets = np.arange(-RINGS.edge, reach + 2 * RINGS.edge, RINGS.step)
     along = _at(seen, places[:, None] + offsets[:, None] * normals[:, None])  # (P, K)
-    shown = along[:, (offsets > 0) & (offsets <= EDGE)].max(axis=1) > SEEN
-    if shown.mean() < SHOWN:
+    shown = along[:, (offsets > 0) & (offsets <= RINGS.edge)].max(axis=1) > RINGS.seen
+    if shown.mean() < RINGS.shown:
         return None
     away = along[shown]
-    peak = np.argmax(away * (offsets <= EDGE), axis=1)
-    after = (np.arange(len(offsets)) > peak[:, None]) & (away < SEEN)
+    peak = np.argmax(away * (offsets <= RINGS.edge), axis=1)
+    after = (np.arange(len(offsets)) > peak[:, None]) & (away < RINGS.seen)
     end = np.where(after.any(axis=1), after.argmax(axis=1), len(offsets))
-    counted = np.arange(len(offsets)) <= (end + round(EDGE / STEP))[:, None]
-    widths = (away * counted).sum(axis=1) * STEP
+    counted = np.arange(len(offsets)) <= (end + round(RINGS.edge / RINGS.step))[:, None]
+    widths = (away * counted).sum(axis=1) * RINGS.step
     usual = float(np.median(widths))
-    even = np.abs(widths - usual) <= max(SLACK, SHARE * usual)
-    return usual if even.mean() >= EVEN and 0 < usual <= reach else None
+    even = np.abs(widths - usual) <= max(RINGS.slack, RINGS.share * usual)
+    return usual if even.mean() >= RINGS.even and 0 < usual <= reach else None
 
 
 def _samples(cubics: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return points (P, 2) along cubics (m, 4, 2) at even steps, nearly, and the unit normals there."""
     lengths = np.abs(np.diff(cubics, axis=1)).sum(axis=(1, 2))
-    counts = np.maximum(1, np.rint(lengths / ALONG).astype(np.int64))
+    counts = np.maximum(1, np.rint(lengths / RINGS.along).astype(np.int64))
     rows = np.repeat(np.arange(len(cubics)), counts)
     t = (np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[rows]
     places = np.einsum("pk,pkd->pd", bezier.bernstein(t), cubics[rows])
@@ -164,14 +175,14 @@ def _center_lines(
     """Yield outlines in the middle of a ring around layers: out of theirs, out of the ring's own, and between both."""
     every = outlines_of(drawing)
     inner = {layer: every[layer] for layer in fills}
-    for blunt in BLUNT:
+    for blunt in RINGS.blunt:
         found = {layer: _offset(inner[layer], widths[layer] / 2, blunt * widths[layer]) for layer in fills}
         if all(outline is not None for outline in found.values()):
             yield {layer: outline for layer, outline in found.items() if outline is not None}
     if len(fills) != 1 or len(inner[fills[0]]) != 1 or len(drawing.subpaths(ring)) != 1:
         return
     outer = [drawing.points[drawing.subpaths(ring)[0]]]
-    for blunt in BLUNT:
+    for blunt in RINGS.blunt:
         smaller = _offset(outer, -widths[fills[0]] / 2, blunt * widths[fills[0]])
         if smaller is not None:
             yield {fills[0]: smaller}

@@ -19,9 +19,11 @@ from livecl.geometry.polylines import lengths_along, points_at
 
 FloatArray = NDArray[np.float64]
 
-#: Turn, radians, within the reach of a corner that makes it one; places between two corners at most.
-MIN_TURN, MAX_PLACES = 0.75, 28
-#: Distance, px, from the line between two ends up to which a segment needs no bend.
+#: Turn, radians, within the reach of a corner that makes it one; set on the line drawings of docs/strokes.md.
+MIN_TURN = 0.75
+#: Most places between two corners at which a segment may end: bounds the time, which grows with their square.
+MAX_PLACES = 28
+#: Distance, px, from the line between two ends up to which a segment needs no bend: less than is seen.
 NO_BEND = 0.05
 
 

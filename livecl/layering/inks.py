@@ -8,6 +8,7 @@ between the two, which gives the border of a line to a fraction of a pixel.
 
 from __future__ import annotations
 
+import dataclasses
 from typing import NamedTuple
 
 import numpy as np
@@ -16,18 +17,25 @@ from scipy import ndimage
 
 FloatArray = NDArray[np.float64]
 
-#: Standard deviation, px, of the Gaussian that takes noise out of the colours of inks.
-BLUR = 0.5
-#: Distance in RGB from the paper that is ink at least, and of two inks that are one.
-CONTRAST, SAME_INK = 0.2, 0.25
-#: Share by which pixels within ink may differ from their neighbours, and how many tell its colour.
-EVEN, FEW = 0.15, 4
-#: Standard deviation, px, of the Gaussian around a pixel within which the colours tell its ink.
-NEAR = 0.7
-#: Change of the paper's colour over the picture from which on it is taken out.
-SHADING = 0.03
-#: Rounds of least squares, each without the pixels that the one before finds to be no paper.
-ROUNDS = 4
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class InkRules:
+    """What counts as ink; distances are those of RGB in [0, 1].
+
+    Values: chosen by hand on line drawings; with them, and no others, the errors of docs/strokes.md were measured.
+    """
+
+    blur: float = 0.5  # standard deviation, px, of the Gaussian that takes noise out of the colours of inks
+    contrast: float = 0.2  # least distance of ink from the paper
+    same_ink: float = 0.25  # distance of two colours up to which they are one ink
+    even: float = 0.15  # share by which pixels within ink may differ from their neighbours
+    few: int = 4  # fewest pixels that tell an ink's colour
+    near: float = 0.7  # standard deviation, px, of the Gaussian around a pixel whose colours tell its ink
+    shading: float = 0.03  # change of the paper's colour over the picture from which on it is taken out
+    rounds: int = 4  # of least squares, each without the pixels that the one before finds to be no paper
+
+
+INKS = InkRules()
 
 
 class Ink(NamedTuple):
@@ -49,38 +57,38 @@ def without_shading(target: FloatArray, paper: FloatArray) -> FloatArray:
     """Return a picture (H, W, C) whose paper is of one colour: divided by a square polynomial of its shade.
 
     The polynomial is fitted to the pixels near the paper's colour, then to those near the polynomial; where it says
-    that the paper changes by less than `SHADING`, or by more than light does, the picture stays as it is.
+    that the paper changes by less than `INKS.shading`, or by more than light does, the picture stays as it is.
     """
     rows, columns = np.indices(target.shape[:2])
     y, x = 2 * rows.ravel() / max(rows.max(), 1) - 1, 2 * columns.ravel() / max(columns.max(), 1) - 1
     terms = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y], axis=1)
     pixels = target.reshape(-1, target.shape[2])
     shade = np.broadcast_to(paper, pixels.shape)
-    for _ in range(ROUNDS):
-        near = np.abs(pixels - shade).max(axis=1) < CONTRAST / 2
+    for _ in range(INKS.rounds):
+        near = np.abs(pixels - shade).max(axis=1) < INKS.contrast / 2
         if near.mean() < 0.25:
             return target
         shade = terms @ np.linalg.lstsq(terms[near], pixels[near], rcond=None)[0]
     change = np.ptp(shade, axis=0).max()
-    if change < SHADING or shade.min() < 0.25 * max(float(paper.min()), 1e-6):
+    if change < INKS.shading or shade.min() < 0.25 * max(float(paper.min()), 1e-6):
         return target
     return np.clip(target * (paper / np.maximum(shade, 1e-3)).reshape(target.shape), 0, 1)
 
 
 def inks_of(target: FloatArray, paper: FloatArray) -> list[Ink]:
     """Return the inks of a picture (H, W, C) on paper of a colour, the farthest from it first."""
-    smooth = ndimage.gaussian_filter(target, (BLUR, BLUR, 0))
+    smooth = ndimage.gaussian_filter(target, (INKS.blur, INKS.blur, 0))
     away = np.linalg.norm(smooth - paper, axis=2)
-    peaks = (away >= ndimage.maximum_filter(away, 3)) & (away > CONTRAST)
-    inner = (ndimage.minimum_filter(away, 3) > (1 - EVEN) * away) & (away > CONTRAST)
+    peaks = (away >= ndimage.maximum_filter(away, 3)) & (away > INKS.contrast)
+    inner = (ndimage.minimum_filter(away, 3) > (1 - INKS.even) * away) & (away > INKS.contrast)
     colors, filled = target[peaks], target[inner]
     inks: list[FloatArray] = []
     for color in colors[np.argsort(-away[peaks], kind="stable")]:
-        if not any(_between(color, paper, ink) < SAME_INK for ink in inks):
-            near = np.linalg.norm(colors - color, axis=1) < SAME_INK
-            if near.sum() >= max(FEW, 0.01 * len(colors)):
-                full = filled[np.linalg.norm(filled - color, axis=1) < SAME_INK]
-                inks.append(np.median(full if len(full) >= FEW else colors[near], axis=0))
+        if not any(_between(color, paper, ink) < INKS.same_ink for ink in inks):
+            near = np.linalg.norm(colors - color, axis=1) < INKS.same_ink
+            if near.sum() >= max(INKS.few, 0.01 * len(colors)):
+                full = filled[np.linalg.norm(filled - color, axis=1) < INKS.same_ink]
+                inks.append(np.median(full if len(full) >= INKS.few else colors[near], axis=0))
     if not inks:
         return []
     shares = np.stack(
@@ -88,7 +96,7 @@ def inks_of(target: FloatArray, paper: FloatArray) -> list[Ink]:
     )
     misses = np.stack(
         [
-            ndimage.gaussian_filter(np.square(target - paper - share[..., None] * (ink - paper)).sum(axis=2), NEAR)
+            ndimage.gaussian_filter(np.square(target - paper - share[..., None] * (ink - paper)).sum(axis=2), INKS.near)
             for ink, share in zip(inks, shares, strict=True)
         ]
     )

@@ -17,17 +17,12 @@ from livecl.geometry.skeleton import CenterLine, center_lines
 
 FloatArray = NDArray[np.float64]
 
-#: Coverage across a line is looked at in steps, px, as far as this beyond its border, px.
-STEP, MARGIN = 0.25, 1.5
-#: Quantile along a line of the most that is covered near its middle, and what counts as full.
-MOST, FULL = 0.75, 0.88
-#: Ratio up to which that width is believed where the distance to the border says another one.
-TRUSTED = 1.5
-
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class StrokeRules:
     """What counts as a stroke.
+
+    Values: set by hand on ten line drawings; on those, and on others drawn afterwards, docs/strokes.md has the errors.
 
     Attributes
     ----------
@@ -63,6 +58,14 @@ class StrokeRules:
         Largest ratio of two strengths that are one.
     distance : float
         Largest distance, px, between the middle of ink and a fitted line.
+    step, margin : float
+        Steps, px, at which coverage across a line is looked at, and how far beyond its border, px.
+    middle : float
+        Quantile along a line of the most that is covered near its middle which is its strength.
+    full : float
+        Strength from which on a line is as strong as its ink.
+    trusted : float
+        Ratio up to which the width by coverage is believed where the distance to the border says another one.
     explained : float
         Share of what is ink or drawn that must be both for a picture to be line art, with the option `strokes` auto.
     """
@@ -85,6 +88,11 @@ class StrokeRules:
     long: float = 8.0
     same_shade: float = 1.2
     distance: float = 0.35
+    step: float = 0.25
+    margin: float = 1.5
+    middle: float = 0.75
+    full: float = 0.88
+    trusted: float = 1.5
     explained: float = 0.85
 
 
@@ -211,8 +219,8 @@ def fitted_line(trace: InkTrace, coverage: FloatArray, rules: StrokeRules = RULE
     rows = fit_line(points, rules.distance, max(2.0, 2.5 * radius), trace.closed) if oval is None else oval
     steps = points[0] - points[min(3, len(points) - 1)], points[-1] - points[-min(4, len(points))]
     ends = tuple(step / max(float(np.hypot(*step)), 1e-9) for step in steps)
-    width, strength = _measured(points, radius, coverage)
-    if not 2 * radius / TRUSTED < width < 2 * radius * TRUSTED:
+    width, strength = _measured(points, radius, coverage, rules)
+    if not 2 * radius / rules.trusted < width < 2 * radius * rules.trusted:
         width = 2 * radius
     return Line(rows, trace.closed, width, trace.length, (ends[0], ends[1]), strength=strength)
 
@@ -249,21 +257,21 @@ def _even_parts(line: CenterLine, rules: StrokeRules) -> list[CenterLine]:
     return [even for part in parts for even in _even_parts(part, rules)] if len(parts) > 1 else parts
 
 
-def _measured(points: FloatArray, radius: float, coverage: FloatArray) -> tuple[float, float]:
+def _measured(points: FloatArray, radius: float, coverage: FloatArray, rules: StrokeRules) -> tuple[float, float]:
     """Return the width of a line, px, and the share that it covers in its middle, by the coverage across it.
 
     The width is what is covered across the line, over that share; both are medians along it, as other lines cross.
     """
     steps = np.gradient(points, axis=0)
     normals = np.stack([-steps[:, 1], steps[:, 0]], axis=1) / np.maximum(np.hypot(*steps.T), 1e-9)[:, None]
-    offsets = np.arange(-(radius + MARGIN), radius + MARGIN + 1e-9, STEP)
+    offsets = np.arange(-(radius + rules.margin), radius + rules.margin + 1e-9, rules.step)
     places = points[:, None] + offsets[:, None] * normals[:, None]
     across = ndimage.map_coordinates(coverage, places.reshape(-1, 2).T[::-1] - 0.5, order=1, mode="nearest")
     most = ndimage.map_coordinates(ndimage.maximum_filter(coverage, 3), points.T[::-1] - 0.5, order=0, mode="nearest")
-    strength = max(float(np.quantile(most, MOST)), 1e-3)
-    if strength > FULL:
+    strength = max(float(np.quantile(most, rules.middle)), 1e-3)
+    if strength > rules.full:
         strength = 1.0
-    width = float(np.median(across.reshape(len(points), -1).sum(axis=1))) * STEP / strength
+    width = float(np.median(across.reshape(len(points), -1).sum(axis=1))) * rules.step / strength
     return width, strength
 
 

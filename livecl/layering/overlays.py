@@ -25,22 +25,28 @@ from livecl.layering.stops import Pixels
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Most fills above the lowest one; the lowest fills that are tried, by the share of the pixels that they explain.
-MOST_OVERLAYS, MOST_BASES = 3, 4
-#: Directions from which the pixels are looked at that show the lowest fill alone, and the share taken from each.
-DIRECTIONS, SEEN_SHARE = 8, 0.4
-#: Rounds of fitting one fill to the pixels that it explains, and of fitting all fills by turns.
-ROUNDS, TURNS = 4, 3
-#: Cost after a turn, as a multiple of that of another explanation, from which on it is given up.
-HOPELESS = 4.0
-#: Most pixels that are looked at.
-MAX_PIXELS = 3000
-#: What a pixel's colour may miss its fill by.
-MISSED = 3.5 / 255
-#: Largest change of colour per px: a steeper ramp draws an edge between two regions.
-STEEPEST = 12 / 255
-#: Least transmittance of the fills above that tells a colour below them.
-CLEAR = 0.02
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class OverlayRules:
+    """Search for fills over each other.
+
+    Values: chosen by hand on shaded icons; no comparison of other values is recorded.
+    """
+
+    most: int = 3  # fills above the lowest one
+    bases: int = 4  # lowest fills that are tried, those that explain most pixels
+    directions: int = 8  # from which the pixels are looked at that show the lowest fill alone
+    seen_share: float = 0.4  # share of the pixels that is taken from each direction
+    rounds: int = 4  # of fitting one fill to the pixels that it explains
+    turns: int = 3  # of fitting all fills, each given the others
+    hopeless: float = 4.0  # cost after a turn, in costs of another explanation, from which on it is given up
+    max_pixels: int = 3000  # that are looked at
+    missed: float = 3.5 / 255  # by which a fill may miss a pixel that it explains, in any channel
+    steepest: float = 12 / 255  # change of colour per px, at most: a steeper ramp draws an edge between two regions
+    clear: float = 0.02  # least transmittance of the fills above that tells a colour below them
+
+
+OVERLAYS = OverlayRules()
 
 
 def fit_overlaid(
@@ -61,7 +67,7 @@ def fit_overlaid(
     most : float
         Squared error and price of another explanation, as one layer more each: with its numbers of an outline.
     """
-    pixels = Pixels(points, colors, np.ones(len(points))).thinned(MAX_PIXELS)
+    pixels = Pixels(points, colors, np.ones(len(points))).thinned(OVERLAYS.max_pixels)
     best: Paint | None = None
     for base in _bases(pixels, price, kinds):
         found = _overlaid(base, pixels, price, kinds, most)
@@ -94,35 +100,35 @@ def _bases(pixels: Pixels, price: float, kinds: Sequence[str]) -> Iterator[Paint
     Each starts from the pixels on one side, and goes on with those that it explains.
     """
     center = pixels.points.mean(axis=0)
-    turns = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    turns = 2 * np.pi * np.arange(OVERLAYS.directions) / OVERLAYS.directions
     along = (pixels.points - center) @ np.array([np.cos(turns), np.sin(turns)])
-    starts = [np.ones(len(along), bool), *(along <= np.quantile(along, SEEN_SHARE, axis=0)).T]
+    starts = [np.ones(len(along), bool), *(along <= np.quantile(along, OVERLAYS.seen_share, axis=0)).T]
     found: dict[bytes, tuple[int, Paint]] = {}
     for seen in starts:
-        for _ in range(ROUNDS):
+        for _ in range(OVERLAYS.rounds):
             interruption.check()
             some = pixels.points[seen], pixels.colors[seen], pixels.weights[seen]
             paint = fit_paint(*some, price, kinds)
-            explained = _missed(paint, pixels) <= MISSED
+            explained = _missed(paint, pixels) <= OVERLAYS.missed
             if np.array_equal(explained, seen) or explained.sum() < len(explained) / 10:
                 break
             seen = explained
         found.setdefault(explained.tobytes(), (-int(explained.sum()), paint))
-    for _, paint in sorted(found.values(), key=lambda item: item[0])[:MOST_BASES]:
+    for _, paint in sorted(found.values(), key=lambda item: item[0])[: OVERLAYS.bases]:
         yield paint
 
 
 def _overlaid(base: Paint, pixels: Pixels, price: float, kinds: Sequence[str], most: float) -> Paint:
     """Return a fill with as many others over it as pay for themselves."""
     best = _with_error(base, pixels)
-    for _ in range(MOST_OVERLAYS):
+    for _ in range(OVERLAYS.most):
         added = _overlay(best, pixels, None, price, kinds)
         if added is None:
             break
         trial = least = _with_error(dataclasses.replace(best, over=(*best.over, added)), pixels)
-        for turn in range(TURNS):
+        for turn in range(OVERLAYS.turns):
             interruption.check()
-            if turn and _cost(least, price) > HOPELESS * most:
+            if turn and _cost(least, price) > OVERLAYS.hopeless * most:
                 return best
             for place in range(len(trial.over) + 1):
                 trial = _refitted(trial, place, pixels, price, kinds)
@@ -144,7 +150,7 @@ def _overlay(
 
     under, wanted = below.at(pixels.points)[:, :3], pixels.colors[:, :3]
     missing = wanted - under
-    far = np.abs(missing).max(axis=1) > MISSED
+    far = np.abs(missing).max(axis=1) > OVERLAYS.missed
     if far.sum() < 12:
         return None
     if color is None:  # as far as colours go from what lies below, through what is wanted
@@ -165,7 +171,7 @@ def _overlay(
     opacity = (missing * way).sum(axis=1) / np.maximum(squares, 1e-9)
     rgba = np.column_stack([np.tile(color, (len(opacity), 1)), opacity])
     paint = fit_paint(pixels.points, rgba, pixels.weights * squares, price, kinds)
-    return paint if paint.kind != SOLID and _steepness(paint) * np.sqrt(squares.max()) <= STEEPEST else None
+    return paint if paint.kind != SOLID and _steepness(paint) * np.sqrt(squares.max()) <= OVERLAYS.steepest else None
 
 
 def _steepness(paint: Paint) -> float:
@@ -183,8 +189,8 @@ def _refitted(paint: Paint, place: int, pixels: Pixels, price: float, kinds: Seq
         above = above + rgba[:, 3:] * (rgba[:, :3] - above)
         clear = clear * (1 - rgba[:, 3:])
     colors = pixels.colors.copy()
-    colors[:, :3] = (pixels.colors[:, :3] - above) / np.maximum(clear, CLEAR)
-    doubt = 1 + np.square(_missed(paint, pixels) / MISSED)
+    colors[:, :3] = (pixels.colors[:, :3] - above) / np.maximum(clear, OVERLAYS.clear)
+    doubt = 1 + np.square(_missed(paint, pixels) / OVERLAYS.missed)
     alone = Pixels(pixels.points, colors, pixels.weights * clear[:, 0] ** 2 / doubt)
     if place == 0:
         fitted: Paint | None = fit_paint(alone.points, alone.colors, alone.weights, price, kinds)
@@ -209,7 +215,7 @@ def _polished(paint: Paint, pixels: Pixels) -> Paint:
         return np.asarray((roots * (seen - pixels.colors)[:, :3]).ravel())
 
     start = _numbers_of(paint)
-    found = least_squares(residual, start, x_scale="jac", loss="soft_l1", f_scale=MISSED, max_nfev=40)
+    found = least_squares(residual, start, x_scale="jac", loss="soft_l1", f_scale=OVERLAYS.missed, max_nfev=40)
     polished = _with_error(_of_numbers(found.x, paint), pixels)
     return polished if polished.error < paint.error else paint
 

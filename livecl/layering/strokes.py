@@ -17,7 +17,7 @@ from livecl.drawing.strokes import Strokes
 from livecl.geometry.strokes import BUTT, MITER, ROUND
 from livecl.layering.bridges import bridged
 from livecl.layering.context import Context
-from livecl.layering.inks import CONTRAST, inks_of, paper_of, without_shading
+from livecl.layering.inks import INKS, inks_of, paper_of, without_shading
 from livecl.layering.lines import RULES, Line, StrokeRules, find_traces, fitted_line
 
 FloatArray = NDArray[np.float64]
@@ -33,7 +33,7 @@ def find_strokes(context: Context, background: NDArray[Any] | None, rules: Strok
     nothing = empty_drawing(size, background)
     paper = paper_of(target)
     ground = np.zeros(target.shape[2]) if background is None else np.asarray(background, dtype=np.float64)
-    if np.abs(paper - ground).max() > CONTRAST:  # the paper would need a layer of its own
+    if np.abs(paper - ground).max() > INKS.contrast:  # the paper would need a layer of its own
         return nothing
     inks = inks_of(without_shading(target, paper), paper)
     all_lines = []
