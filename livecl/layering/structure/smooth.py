@@ -32,6 +32,7 @@ from livecl.layering.structure.flat import (
     MIXTURE_MISS,
     ROUNDS,
     FlatRegions,
+    Mixture,
     add_cores,
     explain,
     means_of,
@@ -171,17 +172,34 @@ def smoothness(image: NDArray[np.floating]) -> float:
     return float(np.mean(smooth_cores(np.asarray(image, dtype=np.float64)) > 0))
 
 
+def unmixed(image: NDArray[np.floating], miss: float) -> float:
+    """Return the share of the pixels of a picture (H, W, C) that lie in no smooth core and mix no colours beside them.
+
+    They miss such mixtures by more than `miss`. Far quicker than cutting the cores, which makes them hardly fewer.
+    """
+    pixels: FloatArray = np.asarray(image, dtype=np.float64)
+    labels = smooth_cores(pixels)
+    mixture = _mixed(pixels, labels)
+    return float(np.count_nonzero(mixture.miss > miss) / labels.size)
+
+
+def _mixed(image: FloatArray, labels: IntArray) -> Mixture:
+    """Add the flat cores that the pixels between cores (H, W) ask for; return the mixtures that show the others."""
+    for round_number in range(ROUNDS):
+        interruption.check()
+        mixture = explain(image, labels, None)
+        if round_number == ROUNDS - 1 or not (mixture.miss > MIXTURE_MISS).any():
+            break
+        if not add_cores(image, labels, means_of(labels, image), mixture, MIXTURE_MISS)[1]:
+            break
+    return mixture
+
+
 def smooth_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, ...]) -> SmoothRegions:
     """Cut a picture (H, W, C) into regions of one fill each with resolved borders."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
     labels, overlaid = cut_cores(pixels, smooth_cores(pixels), price, kinds)
-    for round_number in range(ROUNDS):
-        interruption.check()
-        mixture = explain(pixels, labels, None)
-        if round_number == ROUNDS - 1 or not (mixture.miss > MIXTURE_MISS).any():
-            break
-        if not add_cores(pixels, labels, means_of(labels, pixels), mixture, MIXTURE_MISS)[1]:
-            break
+    _mixed(pixels, labels)
     labels, overlaid = absorbed_cores(pixels, labels, price, kinds, overlaid)
     mixture = explain(pixels, labels, None)
     inner = labels > 0

@@ -300,6 +300,21 @@ def test_regions_are_not_cut_out_of_what_is_nowhere_smooth(monkeypatch: pytest.M
     assert found_structure(photograph, WHITE, MANY, SHADING) is None
 
 
+def test_regions_are_not_cut_out_of_a_photograph_with_a_smooth_sky(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between the smooth parts lie pixels that mix nothing: there is no structure, however the sky is cut."""
+    ramp = np.linspace(0.3, 0.7, 64)[:, None, None] * np.array((0.6, 0.8, 1.0)) * np.ones((64, 64, 1))
+    picture = ramp.astype(np.float32)
+    monkeypatch.setattr(finding, "smooth_regions", lambda *arguments: "cut")
+    monkeypatch.setattr(finding, "_many_explained", lambda regions: pytest.fail("cut"))
+    with pytest.raises(pytest.fail.Exception, match="cut"):
+        found_structure(picture, WHITE, MANY, SHADING)
+    picture[48:] = np.random.default_rng(0).uniform(0, 1, (16, 64, 3))
+    monkeypatch.setattr(finding, "_noisy", lambda *arguments: None)
+    monkeypatch.setattr(finding, "_regions", lambda *arguments: pytest.fail("slopes are not flat"))
+    monkeypatch.setattr(finding, "MOST_SLOPES", 0.0)
+    assert found_structure(picture, WHITE, MANY, SHADING) is None
+
+
 def test_layers_of_a_flat_picture_are_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
     calls, find_layers = [], finding.find_layers
     monkeypatch.setattr(finding, "SOME_SLOPES", -1.0)  # so that gradients are looked for
