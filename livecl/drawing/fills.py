@@ -100,6 +100,7 @@ class Fills:
             self.__dict__[field.name] = array
 
     @classmethod
+    @functools.lru_cache(maxsize=256)
     def solid(cls, num_layers: int) -> Fills:
         """Return the fills of solid layers."""
         return cls(

@@ -88,6 +88,7 @@ class Strokes:
             self.__dict__[field.name] = array
 
     @classmethod
+    @functools.lru_cache(maxsize=256)
     def none(cls, num_layers: int, num_subpaths: int) -> Strokes:
         """Return what filled layers have."""
         return cls(widths=np.zeros(num_layers), is_open=np.zeros(num_subpaths, bool))

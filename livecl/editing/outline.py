@@ -9,11 +9,13 @@ dynamic programming over the places of the trace: the price of the numbers writt
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.editing.trace import SURE, SampledOutline
 from livecl.geometry.least_path import SHARES, SegmentPrices, Segments, Tangents, cheapest_way, fit_curves
 from livecl.geometry.polylines import unit
@@ -57,12 +59,23 @@ LONGEST, LONGEST_SMOOTH, MOST_PAIRS = 0.6, 0.4, 2500
 
 def editable_outline(trace: SampledOutline, fit: Fit) -> FloatArray | None:
     """Return the closed path (s, 3, 2) of least price that follows a trace, px; None where none does."""
-    samples, corner = _places(trace)
-    chosen = _cheapest(trace, samples, corner, fit)
-    if chosen is None or len(chosen[0]) < 2:
-        return None
-    nodes, straight = chosen
-    return _Assembly(trace, samples[nodes] % len(trace.points), corner[nodes], straight, fit).path()
+    return editable_outlines(trace, [fit])[0]
+
+
+def editable_outlines(trace: SampledOutline, fits: Sequence[Fit]) -> list[FloatArray | None]:
+    """Return what :func:`editable_outline` does for each of several prices: segments are fitted once for all."""
+    choice = _Choice(trace, *_places(trace))
+    found: list[FloatArray | None] = []
+    for fit in fits:
+        interruption.check()
+        chosen = choice.cheapest(fit)
+        if chosen is None or len(chosen[0]) < 2:
+            found.append(None)
+            continue
+        nodes, straight = chosen
+        samples = choice.places[nodes] % len(trace.points)
+        found.append(_Assembly(trace, samples, choice.corner[nodes], straight, fit).path())
+    return found
 
 
 def _places(trace: SampledOutline) -> tuple[IntArray, NDArray[np.bool_]]:
@@ -86,49 +99,64 @@ def _places(trace: SampledOutline) -> tuple[IntArray, NDArray[np.bool_]]:
     return samples, np.concatenate([[sure], corner[order], [sure]])
 
 
-def _cheapest(
-    trace: SampledOutline, places: IntArray, corner: NDArray[np.bool_], fit: Fit
-) -> tuple[IntArray, NDArray[np.bool_]] | None:
-    """Return the places of the cheapest path's nodes, and whether the segment after each is a line."""
-    count, num = len(trace.points), len(places)
-    i, j = np.triu_indices(num, 1)
-    span = places[j] - places[i]
-    near = (span > 0) & (span <= LONGEST * count) & (j - i <= max(8, MOST_PAIRS // num))
-    near &= (span <= LONGEST_SMOOTH * count) | corner[i] | corner[j]
-    sure = np.sort(np.concatenate([lap * count + trace.corners[trace.turning > SURE] for lap in (0, 1, 2)]))
-    near &= np.searchsorted(sure, places[j]) <= np.searchsorted(sure, places[i], side="right")  # none is passed over
-    i, j = i[near], j[near]
-    starts, ends = places[i], places[j]
-    runs, at = _runs(trace, starts, ends)
-    weights = _unrounded(trace, at, starts, ends, corner[i], corner[j])
-    tangents = trace.tangent(places % count) @ (1, 1j)
-    free = np.stack([corner[i], corner[j]], axis=1)
-    segments = Segments(
-        runs,
-        np.asarray((ends - starts) * trace.step, np.float64),
-        fit,
-        weights,
-        Tangents(tangents[i], tangents[j], free),
-    )
-    curved, lined = segments.curves, segments.lines
-    for first, last in np.concatenate([trace.sides, trace.sides + count]):
-        inside = np.minimum(ends, last) - np.maximum(starts, first)
-        curved = curved + fit.side * (inside >= TAKEN * (last - first))
-    chord = runs[:, -1] - runs[:, 0]
-    flat = np.sort(np.abs([chord.real, chord.imag]), axis=0)
-    lined -= flat[0] <= np.minimum(fit.level, TILT * flat[1])
-    for side in (i, j):
-        bend = np.abs((chord * tangents[side].conj()).imag) > ALIGNED * np.abs(chord)
-        lined[~corner[side] & bend] = np.inf
-    known = np.where(trace.extreme[places % count], 2.0, 1.0)
-    joins = np.where(corner, fit.corner, [-fit.smooth * known, np.full(num, -fit.smooth), np.full(num, np.inf)])
-    # Way and outline begin at one node: its price is parted between the segments that meet there.
-    half = joins[0, 0] / 2, joins[1, 0] - joins[0, 0] / 2
-    at_node = (i == 0).astype(int) + (j == num - 1)
-    tables = np.full((2, num, num), np.inf)
-    tables[:, i, j] = lined + half[1] * at_node, curved + half[0] * at_node
-    way, straight, price = cheapest_way(tables[0], tables[1], joins)
-    return (np.array(way[:-1]), np.array(straight)) if np.isfinite(price) else None
+class _Choice:
+    """Chooses nodes among the places of a trace.
+
+    Parameters
+    ----------
+    trace : SampledOutline
+        The outline.
+    places : (n,) int64
+        Samples that a node may stand at, from one up to it again a round later.
+    corner : (n,) bool
+        Which of them are corners.
+    """
+
+    def __init__(self, trace: SampledOutline, places: IntArray, corner: NDArray[np.bool_]) -> None:
+        self.trace, self.places, self.corner = trace, places, corner
+        count, num = len(trace.points), len(places)
+        i, j = np.triu_indices(num, 1)
+        span = places[j] - places[i]
+        near = (span > 0) & (span <= LONGEST * count) & (j - i <= max(8, MOST_PAIRS // num))
+        near &= (span <= LONGEST_SMOOTH * count) | corner[i] | corner[j]
+        sure = np.sort(np.concatenate([lap * count + trace.corners[trace.turning > SURE] for lap in (0, 1, 2)]))
+        passed = np.searchsorted(sure, places[j]) - np.searchsorted(sure, places[i], side="right")
+        near &= passed <= 0  # a sure corner is always a node
+        i, j = i[near], j[near]
+        starts, ends = places[i], places[j]
+        runs, at = _runs(trace, starts, ends)
+        weights = _unrounded(trace, at, starts, ends, corner[i], corner[j])
+        tangents = trace.tangent(places % count) @ (1, 1j)
+        free = np.stack([corner[i], corner[j]], axis=1)
+        lengths = np.asarray((ends - starts) * trace.step, np.float64)
+        self._segments = Segments(runs, lengths, weights, Tangents(tangents[i], tangents[j], free))
+        self._ends = i, j
+        self._taken = [  # straight sides that a segment takes in
+            np.minimum(ends, last) - np.maximum(starts, first) >= TAKEN * (last - first)
+            for first, last in np.concatenate([trace.sides, trace.sides + count])
+        ]
+        chord = runs[:, -1] - runs[:, 0]
+        self._flat = np.sort(np.abs([chord.real, chord.imag]), axis=0)
+        bends = [np.abs((chord * tangents[side].conj()).imag) > ALIGNED * np.abs(chord) for side in (i, j)]
+        self._bent = (~corner[i] & bends[0]) | (~corner[j] & bends[1])
+
+    def cheapest(self, fit: Fit) -> tuple[IntArray, NDArray[np.bool_]] | None:
+        """Return the places of the cheapest path's nodes, and whether the segment after each is a line."""
+        (i, j), num, corner = self._ends, len(self.places), self.corner
+        lined, curved = self._segments.costs(fit)
+        for taken in self._taken:
+            curved = curved + fit.side * taken
+        lined -= self._flat[0] <= np.minimum(fit.level, TILT * self._flat[1])
+        lined[self._bent] = np.inf
+        known = np.where(self.trace.extreme[self.places % len(self.trace.points)], 2.0, 1.0)
+        joins = np.where(corner, fit.corner, [-fit.smooth * known, np.full(num, -fit.smooth), np.full(num, np.inf)])
+        # Way and outline begin at one node: its price is parted between the segments that meet there.
+        half = joins[0, 0] / 2, joins[1, 0] - joins[0, 0] / 2
+        at_node = (i == 0).astype(int) + (j == num - 1)
+        tables = np.full((2, num, num), np.inf)
+        tables[:, i, j] = lined + half[1] * at_node, curved + half[0] * at_node
+        way, straight, price = cheapest_way(tables[0], tables[1], joins)
+        return (np.array(way[:-1]), np.array(straight)) if np.isfinite(price) else None
 
 
 def _runs(
@@ -166,7 +194,7 @@ class _Assembly:
 
     Parameters
     ----------
-    trace : Trace
+    trace : SampledOutline
         The outline.
     nodes : (s,) int64
         Samples of the nodes, in order round the outline.

@@ -19,7 +19,7 @@ from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
 from livecl.editing.constraints import SHORT, Joins
-from livecl.editing.outline import Fit, editable_outline
+from livecl.editing.outline import Fit, editable_outlines
 from livecl.editing.polish import polished
 from livecl.editing.shapes import fitted_shapes
 from livecl.editing.tidying import tidied
@@ -130,7 +130,7 @@ def _verified(context: Context, drawing: Drawing, edited: Drawing, paints: _Pain
     outlines = []
     for layer, pair in enumerate(zip(outlines_of(edited), outlines_of(drawing), strict=True)):
         interruption.check()
-        tidy = [tidied(subpath, FITS[-1].tolerance) for subpath in pair[1]] if context.options.simplify else pair[1]
+        tidy = [_tidied(subpath.tobytes(), FITS[-1]) for subpath in pair[1]] if context.options.simplify else pair[1]
         outlines.append(pair[1] if _same(*pair) else editor.cheapest(layer, [*pair, tidy]))
         editor.advance(layer)
     return with_outlines(edited, outlines)
@@ -191,22 +191,22 @@ class _Editor:
         if len(found) == 1:
             return found[0]
         drawing, present = self._drawing, self._alphas[layer]
-        others = self._context.rasterizer.coverages(
-            Drawing.from_outlines(found[1:], drawing.colors[layer], drawing.size, drawing.background)
-        )
-        others *= self._paints.opacities[layer]
-        alphas = np.concatenate([present[None], others])
-        window = window_of(alphas.max(axis=0))
+        tried = Drawing.from_outlines(found[1:], drawing.colors[layer], drawing.size, drawing.background)
+        others = self._context.rasterizer.coverages(tried)
+        window = window_of(np.maximum.reduce([others.max(axis=0), present]))
+        opacity = self._paints.opacities[layer]
+        others = others[:, window[0], window[1]] * (in_window(opacity, window) if opacity.ndim else opacity)
+        alphas = np.concatenate([present[window][None], others])
         tint = self._above[layer][window][..., None] * (in_window(self._colors[layer], window) - self._below[window])
         prices = []
         for description, alpha in zip(found, alphas, strict=True):
             interruption.check()
-            change = (alpha[window] - present[window])[..., None] * tint
+            change = (alpha - alphas[0])[..., None] * tint
             error = float(np.square(visible_error(self._rest[window] + change), dtype=np.float64).sum())
             prices.append(self._left * error / self.number_errors[layer] + price_of(description))
         chosen = int(np.argmin(prices))
-        self._rest[window] += (alphas[chosen][window] - present[window])[..., None] * tint
-        self._alphas[layer] = alphas[chosen]
+        self._rest[window] += (alphas[chosen] - alphas[0])[..., None] * tint
+        present[window] = alphas[chosen]
         return found[chosen]
 
     def _descriptions(self, layer: int, outline: Outline, members: list[int]) -> list[Outline]:
@@ -223,10 +223,10 @@ class _Editor:
                 found.append(changed)
 
         if options.simplify:
-            for fit in FITS:
-                interruption.check()
-                add([tidied(outline[k], fit.tolerance) for k in members])
-                add([None if traced is None else editable_outline(traced, fit) for traced in traces])
+            described = [[None] * len(FITS) if traced is None else editable_outlines(traced, FITS) for traced in traces]
+            for fit, subpaths in zip(FITS, zip(*described, strict=True), strict=True):
+                add([_tidied(outline[k].tobytes(), fit) for k in members])
+                add(list(subpaths))
         if options.primitives and len(outline) == 1 and traces[0] is not None:
             found += [[shape.points] for shape in fitted_shapes(traces[0])]
         return found
@@ -260,6 +260,14 @@ def _price_of(data: bytes) -> float:
     price += fit.flat * float(np.maximum(1 - joins.turns / FLAT, 0)[~joins.smooth].sum())
     price -= fit.smooth * np.count_nonzero(joins.smooth)
     return float(price - fit.smooth * np.count_nonzero(joins.smooth & known & (lines == 0)))
+
+
+@functools.lru_cache(maxsize=1024)
+def _tidied(data: bytes, fit: Fit) -> FloatArray:
+    """Return a subpath, given as the bytes of its points (m, 3, 2), tidied: it is asked for again at the end."""
+    tidy = tidied(np.frombuffer(data).reshape(-1, 3, 2), fit.tolerance)
+    tidy.setflags(write=False)
+    return tidy
 
 
 def numbers_of(outline: Outline) -> int:

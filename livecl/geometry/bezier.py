@@ -31,7 +31,14 @@ def bernstein(t: ArrayLike) -> FloatArray:
     """Return the cubic Bernstein weights (1-t)^3, 3t(1-t)^2, 3t^2(1-t), t^3: (..., 4)."""
     t = np.asarray(t, dtype=np.float64)
     u = 1.0 - t
-    return np.stack([u * u * u, 3 * t * u * u, 3 * t * t * u, t * t * t], axis=-1)
+    weights = np.empty((*t.shape, 4))
+    weights[..., 0], weights[..., 1], weights[..., 2], weights[..., 3] = (
+        u * u * u,
+        3 * t * u * u,
+        3 * t * t * u,
+        t * t * t,
+    )
+    return weights
 
 
 def evaluate(cubics: ArrayLike, t: ArrayLike) -> FloatArray:
@@ -41,8 +48,8 @@ def evaluate(cubics: ArrayLike, t: ArrayLike) -> FloatArray:
 
 def derivative(cubics: ArrayLike, t: ArrayLike) -> FloatArray:
     """Return B'(t) of cubics (..., 4, 2) at one parameter each, (...): (..., 2), px per unit of t."""
-    steps, t = np.diff(np.asarray(cubics, dtype=np.float64), axis=-2), np.asarray(t, dtype=np.float64)[..., None]
-    u = 1 - t
+    cubics, t = np.asarray(cubics, dtype=np.float64), np.asarray(t, dtype=np.float64)[..., None]
+    steps, u = cubics[..., 1:, :] - cubics[..., :-1, :], 1 - t
     return np.asarray(3 * (u**2 * steps[..., 0, :] + 2 * t * u * steps[..., 1, :] + t * t * steps[..., 2, :]))
 
 

@@ -64,7 +64,7 @@ class Tangents:
 
 
 class Segments:
-    """Lines and cubics between places of a polyline, and what they cost.
+    """Lines and cubics between places of a polyline; what they cost is told for any prices.
 
     Parameters
     ----------
@@ -72,8 +72,6 @@ class Segments:
         The polyline x + iy from end to end of each, at SHARES of its length.
     lengths : (Q,) float64
         Length of the polyline, px.
-    prices : SegmentPrices
-        What is paid for.
     weights : (Q, SAMPLES) float64, optional
         How much each sample counts; 1 where not given.
     tangents : Tangents, optional
@@ -81,8 +79,6 @@ class Segments:
 
     Attributes
     ----------
-    lines, curves : (Q,) float64
-        What each costs as a line and as a cubic; infinite where it must not be one.
     handles : (Q, 2) complex
         Of the cubics.
     """
@@ -91,31 +87,39 @@ class Segments:
         self,
         points: ComplexArray,
         lengths: FloatArray,
-        prices: SegmentPrices,
         weights: FloatArray | None = None,
         tangents: Tangents | None = None,
     ) -> None:
+        self._lengths = lengths
         counted = np.ones((len(points), SAMPLES)) if weights is None else weights
-        step = prices.straying * lengths / SAMPLES
-
-        def cost(distances: FloatArray, farthest: float) -> FloatArray:
-            weighted = counted * distances
-            total = step * (weighted * distances).sum(axis=1)
-            return np.where(weighted.max(axis=1, initial=0.0) > farthest, np.inf, total)
-
         chord = points[:, -1] - points[:, 0]
         size = np.abs(chord)
         along = (points[:, 1:-1] - points[:, :1]) * (chord.conj() / np.maximum(size, 1e-9))[:, None]
         beyond = along.real - np.clip(along.real, 0, size[:, None])
         off = along.imag if tangents is None else _moved_ends(along.imag, counted, tangents.free)
-        self.lines = prices.line + cost(np.hypot(off, beyond), prices.straight)
-        self.lines[size < SHORTEST_LINE] = np.inf
+        self._lined, self._short = _strayed(np.hypot(off, beyond), counted), size < SHORTEST_LINE
         self.handles, distances = fit_curves(points, counted, tangents)
-        self.curves = prices.curve + cost(distances, prices.tolerance)
+        self._curved = _strayed(distances, counted)
         way = points[:, [2, -1]] - points[:, [0, -3]]
         turned = ((self.handles - points[:, [0, -1]]) * way.conj()).real * (1, -1) <= 0
         free = turned if tangents is None else turned & tangents.free
-        self.curves[free.any(axis=1)] = np.inf
+        self._turned = free.any(axis=1)
+
+    def costs(self, prices: SegmentPrices) -> tuple[FloatArray, FloatArray]:
+        """Return what each costs as a line and as a cubic, (Q,) both; infinite where it must not be one."""
+        step = prices.straying * self._lengths / SAMPLES
+        (lined, far), (curved, astray) = self._lined, self._curved
+        lines = prices.line + np.where(far > prices.straight, np.inf, step * lined)
+        lines[self._short] = np.inf
+        curves = prices.curve + np.where(astray > prices.tolerance, np.inf, step * curved)
+        curves[self._turned] = np.inf
+        return lines, curves
+
+
+def _strayed(distances: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the weighted sum of squared distances (Q, SAMPLES), and the largest weighted distance: (Q,) both."""
+    weighted = weights * distances
+    return np.asarray((weighted * distances).sum(axis=1)), np.asarray(weighted.max(axis=1, initial=0.0))
 
 
 def _moved_ends(off: FloatArray, weights: FloatArray, free: BoolArray) -> FloatArray:
@@ -253,11 +257,13 @@ def cheapest_way(
     joins[:, 0] = 0.0  # the beginning joins nothing
     best, before = np.full((2, count), np.inf), np.zeros((2, count), np.int64)
     best[0, 0] = 0.0
+    nodes = joins[[[0, 1], [1, 2]]]  # by the kind of the segment after the node, and that before it
+    tables = np.ascontiguousarray(np.stack([curves, lines]).transpose(2, 0, 1))[:, :, None]
+    both = np.arange(2)
     for end in range(1, count):
-        for kind, table in ((0, curves), (1, lines)):
-            steps = best[:, :end] + joins[kind : kind + 2, :end] + table[:end, end]
-            before[kind, end] = int(np.argmin(steps))
-            best[kind, end] = steps.flat[before[kind, end]]
+        steps = (best[:, :end] + nodes[..., :end] + tables[end, ..., :end]).reshape(2, -1)
+        before[:, end] = chosen = steps.argmin(axis=1)
+        best[:, end] = steps[both, chosen]
     kind = int(best[1, -1] < best[0, -1])
     price, place = float(best[kind, -1]), count - 1
     places, straight = [place], []

@@ -75,7 +75,7 @@ def simplest_path(measured: MeasuredOutline, prices: SegmentPrices) -> Draft:
     ends = np.array([*corners, corners[0] + measured.total])
     whole = _Fits(measured, ends[:-1], ends[1:], prices)
     # What costs no more than two lines without error is cheapest.
-    open_ = whole.costs > 2 * prices.line
+    open_ = whole.least > 2 * prices.line
     spans = [measured.places(ends[k], ends[k + 1]) if open_[k] else ends[k : k + 2] for k in range(len(corners))]
     pairs = [np.stack(np.triu_indices(len(span), 1)) for span in spans]
     starts = np.concatenate([span[pair[0]] for span, pair in zip(spans, pairs, strict=True)])
@@ -88,7 +88,7 @@ def simplest_path(measured: MeasuredOutline, prices: SegmentPrices) -> Draft:
         numbers = np.full((len(span), len(span)), -1)
         numbers[tuple(pair)] = first + np.arange(pair.shape[1])
         first += pair.shape[1]
-        table = np.where(numbers >= 0, fits.costs[numbers], np.inf)
+        table = np.where(numbers >= 0, fits.least[numbers], np.inf)
         way, _, cost = cheapest_way(table, table)
         segments = [int(numbers[a, b]) for a, b in itertools.pairwise(way)]
         chosen += segments
@@ -106,7 +106,7 @@ def _loop(measured: MeasuredOutline, prices: SegmentPrices) -> Draft:
     starts, lengths = (grid.ravel() for grid in np.meshgrid(np.arange(count), np.arange(1, count), indexing="ij"))
     ends = starts + lengths
     fits = _Fits(measured, places[starts], places[ends % count] + measured.total * (ends >= count), prices)
-    table = fits.costs.reshape(count, count - 1)
+    table = fits.least.reshape(count, count - 1)
     best: tuple[float, list[int]] | None = None
     first = int(np.argmax(table[:, max(1, count // 8) - 1]) + count // 16) % count
     for _ in range(2):
@@ -135,8 +135,8 @@ def without_anchors(measured: MeasuredOutline, draft: Draft, prices: SegmentPric
     ends = starts + (draft.places[after] - starts) % measured.total
     fits = _Fits(measured, starts, ends, prices)
     own_ends = draft.places + (np.roll(draft.places, -1) - draft.places) % measured.total
-    own = _Fits(measured, draft.places, own_ends, prices).costs
-    rises = fits.costs - own[before] - own[numbers]
+    own = _Fits(measured, draft.places, own_ends, prices).least
+    rises = fits.least - own[before] - own[numbers]
     found = []
     for i in np.argsort(rises, kind="stable"):
         if not np.isfinite(rises[i]):
@@ -156,11 +156,12 @@ class _Fits(Segments):
 
     def __init__(self, measured: MeasuredOutline, starts: FloatArray, ends: FloatArray, prices: SegmentPrices) -> None:
         points = measured.at(starts[:, None] + (ends - starts)[:, None] * SHARES)
-        super().__init__(points, ends - starts, prices)
+        super().__init__(points, ends - starts)
         self.starts, self._total = starts, measured.total
         self._ends = points[:, [0, -1]]
-        self._straight = self.lines <= self.curves
-        self.costs = np.minimum(self.lines, self.curves)
+        lines, curves = self.costs(prices)
+        self._straight = lines <= curves
+        self.least = np.minimum(lines, curves)
 
     def draft(self, chosen: list[int], corners: list[bool], price: float) -> Draft:
         """Return the path of some of them."""

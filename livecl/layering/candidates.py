@@ -18,7 +18,7 @@ from livecl.image.errors import visible_error
 from livecl.layering.amodal import amodally_completed
 from livecl.layering.components import Place
 from livecl.layering.context import Context
-from livecl.layering.masks import border, holes, without_holes
+from livecl.layering.masks import border, filled_and_holes, holes, without_holes
 from livecl.layering.neighbors import SAME_COLOR
 from livecl.layering.painting import Painting, Trial
 from livecl.layering.regions import Region, RegionFinder
@@ -221,10 +221,10 @@ class _Judge:
         fills = [paint_of(region.color)]
         if fills[0][3] < 1:
             fills.append(paint_over(self._stack.image[window][pixels].mean(axis=0), region.color))
-        filled = without_holes(pixels)
+        filled, inner = filled_and_holes(pixels, SMALL_REGION)
         masks = [(window, filled)]
         if self._options.shape == "outline":
-            opened = self._opened(window, pixels, filled, region.color)
+            opened = self._opened(window, filled, inner, region.color)
             if opened is not None:
                 masks.append((window, opened))
         if self._options.holes and self._options.shape == "outline":
@@ -240,15 +240,15 @@ class _Judge:
         self._tried[region.key] = tried = _Tried(guesses, masks[-1][0], reach)
         return tried
 
-    def _opened(self, window: Window, mask: BoolArray, filled: BoolArray, color: FloatArray) -> BoolArray | None:
-        """Return the region with those holes in which the picture is better as it is; None if there are none.
+    def _opened(self, window: Window, filled: BoolArray, inner: list[BoolArray], color: FloatArray) -> BoolArray | None:
+        """Return a filled region with those of its holes in which the picture is better as it is; None if none is.
 
         Without `Options.holes` these are the holes that show the ground and nothing else, as in a ring.
         """
         target, error = self._painting.target[window], self._error[window]
         bare = self._stack.transmittances[0][window]
         opened = []
-        for hole in holes(mask, SMALL_REGION)[: SEARCH.holes]:
+        for hole in inner[: SEARCH.holes]:
             painted = np.square(visible_error(target[hole] - color)).sum()
             shows_ground = bare[hole].min() > BARE and np.median(error[hole]) <= SAME_COLOR**2
             if error[hole].sum() < painted and (self._options.holes or shows_ground):

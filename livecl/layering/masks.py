@@ -22,27 +22,34 @@ def border(mask: BoolArray) -> NDArray[np.float64]:
 
 def without_holes(mask: BoolArray) -> BoolArray:
     """Return a region (H, W) with its holes filled: pixels not connected, by their sides, to the outside."""
-    from skimage.measure import label
-
-    outside = label(~np.pad(mask, 1), connectivity=1)[1:-1, 1:-1] == 1  # the corner of the padding is labelled first
-    return ~outside
+    return np.asarray(_surroundings(mask) != 1)
 
 
 def holes(mask: BoolArray, smallest: int) -> list[BoolArray]:
     """Return the holes of a region (H, W) of at least `smallest` pixels, the largest first."""
-    from skimage.measure import label
+    return filled_and_holes(mask, smallest)[1]
 
-    labels = label(~np.pad(mask, 1), connectivity=1)[1:-1, 1:-1]
+
+def filled_and_holes(mask: BoolArray, smallest: int) -> tuple[BoolArray, list[BoolArray]]:
+    """Return what :func:`without_holes` and :func:`holes` do, from one labelling."""
+    labels = _surroundings(mask)
     areas = np.bincount(labels.ravel(), minlength=2)
     areas[:2] = 0  # the region itself, and what surrounds it
-    return [labels == k for k in np.argsort(-areas, kind="stable") if areas[k] >= smallest]
+    return labels != 1, [labels == k for k in np.argsort(-areas, kind="stable") if areas[k] >= smallest]
+
+
+def _surroundings(mask: BoolArray) -> NDArray[np.int32]:
+    """Label what is not of a region (H, W), by sides of pixels: 1 outside, other numbers in its holes, 0 in itself."""
+    from scipy.ndimage import label
+
+    return np.asarray(label(~np.pad(mask, 1))[0][1:-1, 1:-1])  # the corner of the padding is labelled first
 
 
 def connected_part(mask: BoolArray, pixel: tuple[int, ...]) -> BoolArray:
     """Return the part of a region (H, W) that is connected, by sides of pixels, to one of its pixels (row, column)."""
-    from skimage.measure import label
+    from scipy.ndimage import label
 
-    labels = label(mask, connectivity=1)
+    labels = label(mask)[0]
     return np.asarray(labels == labels[pixel])
 
 
@@ -82,7 +89,7 @@ def _convex_side(rows: NDArray[np.intp], first: NDArray[np.intp], at: NDArray[np
     ys = np.flatnonzero(nearest < np.iinfo(np.intp).max)
     xs = nearest[ys]
     while len(ys) > 2:
-        down, across = np.diff(ys), np.diff(xs)
+        down, across = ys[1:] - ys[:-1], xs[1:] - xs[:-1]
         corner = across[:-1] * down[1:] < across[1:] * down[:-1]
         if corner.all():
             break

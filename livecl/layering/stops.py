@@ -17,6 +17,8 @@ KNOTS, BINS = 7, 96
 #: Most stops of a gradient; places tried for a new one, and rounds of a finer search about the best.
 MOST_STOPS, PLACES, REFINEMENTS = 6, 11, 3
 
+_EVENLY = np.linspace(-1, 1, PLACES)
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Pixels:
@@ -38,23 +40,26 @@ def fit_ramp(t: FloatArray, pixels: Pixels, price: float) -> tuple[FloatArray, F
     Decided on pixels added up in bins of t; a new stop goes where it helps most, and is moved from there.
     """
     low, high = float(t.min()), float(t.max())
-    few = _binned(t, pixels)
+    few, *binned = _binned(t, pixels)
+    search = StopFit(*binned)
     knots = np.array([low, high])
-    error = float(fit_stops(_hats(knots[None], few[0]), *few[1:])[0][0])
+    error = float(search.stops(_hats(knots[None], few))[0][0])
     while len(knots) < MOST_STOPS:
         center, width = (low + high) / 2, (high - low) / 2
         best, place = np.inf, center
+        trials = np.empty((PLACES, len(knots) + 1))
         for _ in range(REFINEMENTS):
-            places = np.clip(center + width * np.linspace(-1, 1, PLACES), low, high)
-            trials = np.sort(np.column_stack([np.tile(knots, (PLACES, 1)), places]), axis=1)
-            errors = fit_stops(_hats(trials, few[0]), *few[1:])[0]
-            if errors.min() < best:
-                best, place = float(errors.min()), float(places[np.argmin(errors)])
+            places = np.minimum(np.maximum(center + width * _EVENLY, low), high)
+            trials[:, :-1], trials[:, -1] = knots, places
+            errors = search.stops(_hats(np.sort(trials, axis=1), few))[0]
+            least = int(errors.argmin())
+            if errors[least] < best:
+                best, place = float(errors[least]), float(places[least])
             center, width = place, 2 * width / (PLACES - 1)
         if error - best <= STOP_NUMBERS * price:
             break
         error, knots = best, np.sort(np.append(knots, place))
-    return knots, np.clip(fit_stops(_hats(knots[None], t), pixels.weights, pixels.colors)[1][0], 0, 1)
+    return knots, np.clip(StopFit(pixels.weights, pixels.colors).stops(_hats(knots[None], t))[1][0], 0, 1)
 
 
 def _binned(t: FloatArray, pixels: Pixels) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -70,10 +75,13 @@ def _binned(t: FloatArray, pixels: Pixels) -> tuple[FloatArray, FloatArray, Floa
 
 def _hats(knots: FloatArray, places: FloatArray) -> FloatArray:
     """Return the shares of the stops at knots (G, K) in the colours of linear ramps at places (m,): (G, m, K)."""
-    rise = (places[None, :, None] - knots[:, None, :-1]) / np.maximum(np.diff(knots), 1e-12)[:, None]
-    rise = np.clip(rise, 0, 1)  # of each piece, how much of it lies behind
-    ends = np.zeros((*rise.shape[:2], 1))
-    return np.asarray(np.concatenate([ends + 1, rise], axis=2) - np.concatenate([rise, ends], axis=2))
+    rise = np.empty((len(knots), len(places), knots.shape[1] + 1))  # of each piece, how much of it lies behind
+    rise[..., 0], rise[..., -1] = 1, 0
+    inner = rise[..., 1:-1]
+    np.subtract(places[None, :, None], knots[:, None, :-1], out=inner)
+    inner /= np.maximum(knots[:, 1:] - knots[:, :-1], 1e-12)[:, None]
+    np.minimum(np.maximum(inner, 0, out=inner), 1, out=inner)
+    return np.asarray(rise[..., :-1] - rise[..., 1:])
 
 
 class Ramps:
@@ -105,15 +113,20 @@ def _even_hats(t: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(hats, 0, out=hats))
 
 
-def fit_stops(hats: FloatArray, weights: FloatArray, colors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Fit stops to colours (m, 4) by least squares: errors (G,), and colours of the stops (G, K, 4)."""
-    middle = weights @ colors / weights.sum()
-    offset = colors - middle
-    turned = hats.transpose(0, 2, 1) * weights  # (G, K, m)
-    gram = turned @ hats + 1e-6 * weights.sum() * np.eye(
-        hats.shape[2]
-    )  # knots that no pixel is near keep to the middle
-    sums = turned @ offset
-    stops = np.linalg.solve(gram, sums)
-    left = weights @ np.square(offset).sum(axis=1) - (stops * sums).sum(axis=(1, 2))
-    return np.asarray(left), middle + stops
+class StopFit:
+    """Stops fitted to colours (m, 4) of some weights (m,) by least squares, for one ramp or many."""
+
+    def __init__(self, weights: FloatArray, colors: FloatArray) -> None:
+        self._weights, whole = weights, weights.sum()
+        self._middle = weights @ colors / whole
+        self._offset = colors - self._middle
+        self._spread = weights @ np.square(self._offset).sum(axis=1)
+        self._least = 1e-6 * whole  # knots that no pixel is near keep to the middle
+
+    def stops(self, hats: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the errors (G,) and the colours (G, K, 4) of stops whose shares in the pixels are (G, m, K)."""
+        turned = hats.transpose(0, 2, 1) * self._weights  # (G, K, m)
+        gram = turned @ hats + self._least * np.eye(hats.shape[2])
+        sums = turned @ self._offset
+        stops = np.linalg.solve(gram, sums)
+        return np.asarray(self._spread - (stops * sums).sum(axis=(1, 2))), self._middle + stops

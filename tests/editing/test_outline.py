@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from livecl.editing.constraints import Joins
-from livecl.editing.outline import Fit, editable_outline
+from livecl.editing.outline import Fit, editable_outline, editable_outlines
 from livecl.editing.trace import sampled
 from livecl.geometry import bezier
 from livecl.svg import read_svg
@@ -56,6 +56,20 @@ def distance(path: np.ndarray, cubics: np.ndarray) -> float:
     dense = bezier.evaluate(cubics, np.linspace(0, 1, 400)).reshape(-1, 2)
     assert len(true)
     return float(np.hypot(*(ours[:, None] - dense[None]).transpose(2, 0, 1)).min(axis=1).max())
+
+
+def test_several_prices_give_what_each_gives_alone() -> None:
+    """Segments are fitted once; a price only chooses among them."""
+    traced = sampled(split(polygon((10, 10), (60, 14), (70, 50), (40, 64), (12, 48)), 3, 0.3))
+    assert traced is not None
+    fits = [Fit(), Fit(tolerance=0.2, straight=0.15, straying=12.0), Fit(corner=9.0, straying=1.0, tolerance=2.0)]
+    together, alone = editable_outlines(traced, fits), [editable_outline(traced, fit) for fit in fits]
+    counts = set()
+    for path, expected in zip(together, alone, strict=True):
+        assert path is not None and expected is not None
+        np.testing.assert_array_equal(path, expected)
+        counts.add(len(path))
+    assert len(counts) > 1  # prices make a difference
 
 
 @pytest.mark.parametrize("seed", range(4))

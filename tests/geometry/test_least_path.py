@@ -46,11 +46,16 @@ def test_samples_without_weight_do_not_count() -> None:
 
 def test_prices_are_numbers_and_squared_distance_by_length() -> None:
     """An arc of sagitta h strays from its chord by 8/15 h^2 in the mean; where it is too far, it is no line."""
-    flat, bent = (Segments(arc(r, 20 / r), np.array([20.0]), PRICES) for r in (200.0, 20.0))
+    flat, bent = (Segments(arc(r, 20 / r), np.array([20.0])) for r in (200.0, 20.0))
+    (line,), (curve,) = flat.costs(PRICES)
     sagitta = 200 * (1 - np.cos(0.05))
-    assert flat.lines[0] == pytest.approx(2 + 3.5 * 20 * 8 / 15 * sagitta**2, rel=0.02)
-    assert flat.curves[0] == pytest.approx(6, abs=1e-3)
-    assert np.isinf(bent.lines[0]) and bent.curves[0] == pytest.approx(6, abs=1e-2)
+    assert line == pytest.approx(2 + 3.5 * 20 * 8 / 15 * sagitta**2, rel=0.02)
+    assert curve == pytest.approx(6, abs=1e-3)
+    (line,), (curve,) = bent.costs(PRICES)
+    assert np.isinf(line) and curve == pytest.approx(6, abs=1e-2)
+    dear = SegmentPrices(line=3.0, curve=8.0, straying=7.0)  # the same segments at other prices
+    (line,), (curve,) = flat.costs(dear)
+    assert line == pytest.approx(3 + 7 * 20 * 8 / 15 * sagitta**2, rel=0.02) and curve == pytest.approx(8, abs=1e-3)
 
 
 def test_lines_may_move_at_corners_but_not_at_smooth_ends() -> None:
@@ -58,8 +63,9 @@ def test_lines_may_move_at_corners_but_not_at_smooth_ends() -> None:
     points[:, [0, -1]] -= 0.1j
     ones = np.ones((1, SAMPLES))
     costs = [
-        Segments(points, np.array([30.0]), PRICES, ones, Tangents(*np.ones((2, 1), complex), np.array([free]))).lines[0]
+        Segments(points, np.array([30.0]), ones, tangents).costs(PRICES)[0][0]
         for free in ((True, True), (False, False))
+        for tangents in [Tangents(*np.ones((2, 1), complex), np.array([free]))]
     ]
     assert costs[0] == pytest.approx(2, abs=1e-3) and costs[1] == pytest.approx(2 + 3.5 * 30 * 0.01, rel=0.02)
 
