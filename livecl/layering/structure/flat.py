@@ -18,6 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from livecl import interruption
 from livecl.layering.ramps import LAYER_NUMBERS
 from livecl.layering.structure.noise import noise_level, noisy_cores
+from livecl.layering.structure.seams import find_seams
 from livecl.layering.structure.small import ALIKE_OF_NOISE, SAME_STEP, without_small
 
 FloatArray = NDArray[np.float64]
@@ -40,6 +41,8 @@ ROUNDS = 6
 SINGLE_MISS, SMALLEST, SMALLEST_NOISY = 0.15, 5, 12
 #: Nearest cores that are mixed, and what distance counts like a miss, per px.
 NEAR, DISTANCE_MISS = 4, 1 / 255
+#: Share of the pixels that no two colours explain, above which a picture is not flat: no seams are looked for.
+MOST_UNEXPLAINED = 0.05
 _SQUARE = np.ones((3, 3), bool)
 _OFFSETS = sorted(
     ((y, x) for y in range(-2, 3) for x in range(-2, 3) if (y, x) != (0, 0)), key=lambda o: (o[0] ** 2 + o[1] ** 2, o)
@@ -178,6 +181,8 @@ def _resolved(pixels: FloatArray, labels: IntArray, colors: FloatArray, miss: fl
     for round_number in range(ROUNDS):
         interruption.check()
         mixture = explain(pixels, labels, colors)
+        if not noise:
+            mixture = with_seams(pixels, np.where(labels < sure, labels, 0), colors[:sure], mixture, miss)
         if round_number == ROUNDS - 1 or not (mixture.miss > miss).any():
             break
         colors, added = add_cores(pixels, labels, colors, mixture, miss, noise)
@@ -268,6 +273,18 @@ def explain(image: FloatArray, labels: IntArray, colors: FloatArray | None) -> M
             first[at], second[at], share[at] = near[at, i], near[at, j], part[better]
             best[at], miss[at] = score[better], left[better]
     return Mixture(rows, columns, first, second, share, miss)
+
+
+def with_seams(image: FloatArray, labels: IntArray, colors: FloatArray, mixture: Mixture, miss: float) -> Mixture:
+    """Return mixtures, and seams where no two colours mix to a pixel's."""
+    missed = np.flatnonzero(mixture.miss > miss)
+    if len(missed) > MOST_UNEXPLAINED * labels.size:
+        return mixture
+    seams = find_seams(image, labels, colors, mixture.rows[missed], mixture.columns[missed], miss)
+    changed = {name: getattr(mixture, name).copy() for name in ("first", "second", "share", "miss")}
+    for name, values in changed.items():
+        values[missed[seams.found]] = getattr(seams, name)[seams.found]
+    return dataclasses.replace(mixture, **changed)
 
 
 def add_cores(
