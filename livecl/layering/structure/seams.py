@@ -29,8 +29,9 @@ BoolArray = NDArray[np.bool_]
 SEAM_MISS = 1.5 / 255
 #: Reach, px, within which cores lie beside a pixel; blends of three pixels lie between cores that touch.
 REACH = 2
-#: Least share of connected unexplained pixels that are seams: by chance, a few pixels of a thin line may look so.
-LEAST_SHARE = 0.5
+#: Least number of connected unexplained pixels, and least share of them that look like seams: where three shapes meet,
+#: one to three do, and by chance a few of a thin line.
+LEAST_PIXELS, LEAST_SHARE = 5, 0.5
 #: Pixels times triples that are fitted at once.
 CHUNK = 1 << 18
 #: Shares tried before the best is refined, and steps of Gauss and Newton that refine it.
@@ -128,9 +129,9 @@ def _fitted(wanted: FloatArray, a: FloatArray, b: FloatArray, g: FloatArray) -> 
 
 
 def _mostly(found: BoolArray, rows: IntArray, columns: IntArray, size: tuple[int, ...]) -> BoolArray:
-    """Whether each pixel hangs together with pixels most of which are seams."""
+    """Whether each pixel hangs together with enough pixels most of which are seams."""
     seen = np.zeros(size, bool)
     seen[rows, columns] = True
     patch = ndimage.label(seen, _SQUARE)[0][rows, columns]
-    share = np.bincount(patch, weights=found) / np.maximum(np.bincount(patch), 1)
-    return np.asarray(share[patch] >= LEAST_SHARE)
+    count, seams = np.bincount(patch), np.bincount(patch, weights=found)
+    return np.asarray(((count >= LEAST_PIXELS) & (seams >= LEAST_SHARE * count))[patch])
