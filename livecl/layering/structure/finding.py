@@ -19,7 +19,7 @@ from livecl.layering.structure.flat import FlatRegions, clean_regions, flatness,
 from livecl.layering.structure.layers import Layer, find_layers
 from livecl.layering.structure.mosaic import MOST_PARTS, Mosaic, mosaic_of
 from livecl.layering.structure.parts import with_more_parts, with_parts
-from livecl.layering.structure.prices import PRICES, Prices
+from livecl.layering.structure.prices import PRICES
 from livecl.layering.structure.ranking import EXPLAINED, Structure, explained_miss, mask_of
 from livecl.layering.structure.smooth import SmoothRegions, smooth_regions, smoothness, unmixed
 
@@ -51,8 +51,6 @@ MAX_MISTAKEN = 0.1
 SHOWN = 2e-4
 #: Share of a layer above which it is joined with no other shape: what joins two shapes hides what lies between them.
 LAYER_MISTAKEN = 0.002
-#: Prices with which no two regions change places.
-UNTURNED = dataclasses.replace(PRICES, turn=np.inf)
 #: Share of neighbouring pixels that differ a little from which on shading is looked for: a flat picture has hardly any.
 SOME_SLOPES = 0.004
 #: Largest number of layers, as a multiple of what is found, that counts as asked for: more are a limit.
@@ -184,20 +182,16 @@ def _explained(outlines: Outlines, ground: FloatArray, most: int) -> Structure |
 
 
 def _explanations(outlines: Outlines, ground: FloatArray) -> Iterator[Structure]:
-    """Yield explanations, the cheapest first: then with layers that hide what is seen joined with no others.
-
-    The same follows in the paint order of the evidence alone, where no two regions change places.
-    """
-    for prices in (PRICES, UNTURNED):
-        found, apart = _of_outlines(outlines, ground, prices), set[int]()
+    """Yield explanations, the cheapest first: then with layers that hide what is seen joined with no others."""
+    found, apart = _of_outlines(outlines, ground), set[int]()
+    yield found
+    while hiding := found.mistaken_by(LAYER_MISTAKEN):
+        apart.update(*(layer.shown for layer in hiding))
+        again = _of_outlines(outlines, ground, apart)
+        if again.error >= found.error:
+            break
+        found = again
         yield found
-        while hiding := found.mistaken_by(LAYER_MISTAKEN):
-            apart.update(*(layer.shown for layer in hiding))
-            again = _of_outlines(outlines, ground, prices, apart)
-            if again.error >= found.error:
-                break
-            found = again
-            yield found
 
 
 @functools.lru_cache(maxsize=2)
@@ -232,14 +226,9 @@ def _judged(found: Structure, most: int) -> Structure | None:
     return found.united(most) if len(found.ranked) and found.mistaken <= MAX_MISTAKEN else None
 
 
-def _of_outlines(
-    outlines: Outlines,
-    ground: FloatArray,
-    prices: Prices = PRICES,
-    apart: AbstractSet[int] = frozenset(),
-) -> Structure:
+def _of_outlines(outlines: Outlines, ground: FloatArray, apart: AbstractSet[int] = frozenset()) -> Structure:
     regions = outlines.regions
-    layers, size = find_layers(outlines, ground, prices, apart), regions.labels.shape
+    layers, size = find_layers(outlines, ground, PRICES, apart), regions.labels.shape
     if isinstance(regions, SmoothRegions):
         layers = [one for layer in layers for one in (layer, *_over(layer, regions))]
     masks = np.array([mask_of(layer, size) for layer in layers], bool).reshape(-1, *size)

@@ -22,7 +22,7 @@ from livecl.layering.structure.depth import (
     same_color,
     screens,
 )
-from livecl.layering.structure.ordering import settled
+from livecl.layering.structure.ordering import paint_order
 from livecl.layering.structure.prices import PRICES, Prices, outline_price
 
 FloatArray = NDArray[np.float64]
@@ -96,7 +96,7 @@ def find_layers(
     seen_through = screens(outlines, behind)
     nodes = [k for k in range(outlines.count) if k not in behind]
     front, markings = evidence(outlines, nodes, seen_through, prices)
-    front, order = settled(outlines, front, markings, nodes, seen_through, prices)
+    order = paint_order(front, nodes, regions.sizes, [screen.behind for screen in seen_through])
     scene = _Scene(outlines, front, order, prices)
     for k in order:
         interruption.check()

@@ -60,9 +60,6 @@ class Prices:
         Evidence for the region under which the other saves a radian.
     relation, most_relation : float
         Evidence for the region below which the other goes on in a third of its colour, for a radian saved; at most.
-    turn, decided : float
-        What two regions must save for which they change places, each completed below all its covers at once; evidence
-        from which on they do not.
     size : float
         Evidence for the smaller region, for each factor e.
     """
@@ -87,8 +84,6 @@ class Prices:
     completion: float = 0.1
     relation: float = 0.3
     most_relation: float = 2.0
-    turn: float = 1.0
-    decided: float = 2.0
     size: float = 0.1
 
 

@@ -19,9 +19,8 @@ from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.depth import few_alike
 from livecl.layering.structure.flat import flat_regions
 from livecl.layering.structure.layers import find_layers
-from livecl.layering.structure.ordering import settled
 from livecl.layering.structure.parts import with_parts
-from livecl.layering.structure.prices import PRICES, outline_price
+from livecl.layering.structure.prices import PRICES
 
 SIZE = (96, 96)
 FINE = 4  # samples of a pixel's side
@@ -131,30 +130,6 @@ def test_a_shape_whose_gap_does_not_close_by_itself_is_as_convex_as_it_may_be() 
     # these its tips are narrower than a pixel.
     width = 70 - np.sqrt(34**2 - 28**2) - 18
     assert abs(filled_out(bay, *arguments).area) == pytest.approx(width * 56, abs=2 * 56)
-
-
-def _disc_below_two_boxes() -> tuple[Outlines, int, int, int]:
-    layers = (disc(48, 42, 30), RED), (box(10.5, 40.5, 48.5, 86.5), BLUE), (box(48.5, 40.5, 86.5, 86.5), GREEN)
-    outlines = Outlines(flat_regions(picture(*layers)))
-    red, blue, green = (int(outlines.regions.labels[at]) for at in ((24, 48), (70, 30), (70, 66)))
-    return outlines, red, blue, green
-
-
-def test_a_region_lies_below_two_others_where_it_is_whole_below_both() -> None:
-    outlines, red, blue, green = _disc_below_two_boxes()
-    alone = outlines.marks([blue])
-    saved = completed_contour(outlines.outer(red), alone, outlines.room([red], alone), outlines, PRICES)[1]
-    assert saved == pytest.approx(outline_price(outlines.outer(red).points), abs=0.3)  # one cover does not tell
-    front = {(red, blue): 0.2, (green, red): 1.5}
-    found, order = settled(outlines, front, {}, [red, blue, green], [], PRICES)
-    assert order[0] == red and (blue, red) in found
-
-
-def test_regions_do_not_change_places_against_clear_evidence() -> None:
-    outlines, red, blue, green = _disc_below_two_boxes()
-    front = {(red, blue): 2.5, (green, red): 1.5}
-    found, order = settled(outlines, front, {}, [red, blue, green], [], PRICES)
-    assert order.index(red) > order.index(blue) and found == front
 
 
 def test_a_shape_is_not_filled_out_over_ground_that_shows() -> None:
