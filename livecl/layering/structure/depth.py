@@ -159,7 +159,9 @@ def screens(outlines: Outlines, ground: set[int]) -> list[Screen]:
             inside = {k for k in contour.across.tolist() if k >= 0} - ground
             if not contour.is_hole_of(contours[0]):
                 continue
-            if len(inside) > 1:  # several: only where each goes on outside, and the ground is one of them
+            if any(not same_color(outlines, a, b) for a, b in itertools.combinations(sorted(inside), 2)):
+                # Several colours: only where each goes on outside, and the ground is one of them. Of one colour they
+                # are parts of one thing.
                 outer = {k: [o for o in outside if same_color(outlines, k, o)] for k in inside}
                 if not all(outer.values()):
                     continue

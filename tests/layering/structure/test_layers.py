@@ -226,6 +226,13 @@ def test_white_letters_on_a_plate_are_shapes() -> None:
     check(picture(*layers), *layers)
 
 
+@pytest.mark.parametrize("color", [WHITE, RED])
+def test_a_shape_on_a_plate_that_is_cut_in_parts_is_no_view_of_what_lies_around(color: Any) -> None:
+    plate, *parts = found(picture((box(12, 12, 84, 84), BLUE), (disc(48, 34, 12), color), (disc(48, 58, 14), color)))
+    assert overlap(plate[0], box(12, 12, 84, 84)) > 0.95
+    assert len(parts) == 2 and all(np.abs(paint - color).max() < 0.02 for _, paint in parts)
+
+
 @pytest.mark.parametrize("levels", [4, 8, 12])
 @pytest.mark.parametrize("ground", [WHITE, GREY])
 def test_pale_shapes_are_two(levels: int, ground: Any) -> None:
