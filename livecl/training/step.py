@@ -77,6 +77,7 @@ def move(state: State, gradients: Gradients) -> None:
     if ties is not None:
         ties.restore(points)
     borders.restore(points)
+    points[state.locked_segments] = drawing.points[state.locked_segments]  # ties round
     color_rate = rate(options.color_learning_rate, state.colors.ages)
     colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
     if options.opacity == "opaque":

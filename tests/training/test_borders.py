@@ -10,6 +10,8 @@ from livecl import Options, Rasterizer, render, vectorize
 from livecl.drawing import Drawing, Strokes
 from livecl.drawing.borders import border_pairs
 from livecl.training.borders import Borders
+from livecl.training.state import State
+from livecl.training.step import untangle_outlines
 
 SIZE = (40, 40)
 
@@ -61,6 +63,13 @@ def test_training_finds_outline_and_width_and_keeps_the_pair() -> None:
     assert border_pairs(result.drawing).tolist() == [[0, 1]]
     np.testing.assert_allclose(result.drawing.points[:4, 0], TRUE.points[:4, 0], atol=0.15)
     np.testing.assert_allclose(result.drawing.strokes.widths, [0, 4], atol=0.1)
+
+
+def test_loops_of_an_outline_with_a_stroke_stay_in_both() -> None:
+    drawing = _bordered((5, 5), (20, 20), (20, 5), (5, 24))
+    state = State.start(drawing, Options(), 0)
+    untangle_outlines(state, lambda drawing: 0.0)
+    assert np.array_equal(state.drawing.points, drawing.points)
 
 
 def test_a_pair_of_which_one_layer_is_locked_comes_apart() -> None:

@@ -7,6 +7,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from support.runs import SMALL, new_run, three_shapes
 from support.shapes import build, polygon, rectangle
 
@@ -15,7 +16,7 @@ from livecl.drawing import Fills
 from livecl.rendering.fills import FillGradients
 from livecl.run.callbacks import Step
 from livecl.training.state import State
-from livecl.training.step import hold_still, move, untangle_outlines, untangles_now
+from livecl.training.step import choose_pieces, hold_still, move, untangle_outlines, untangles_now
 
 
 def test_only_a_trained_background_changes(device: int) -> None:
@@ -172,6 +173,34 @@ def test_opacities_of_stops_are_held_like_those_of_layers(opacity: str, iteratio
     state.iteration = iteration
     move(state, _ones(state))
     np.testing.assert_allclose(state.drawing.fills.stop_colors[:, 3], alphas, atol=1e-6)
+
+
+def test_nearly_opaque_layers_become_opaque_but_locked_ones_do_not() -> None:
+    drawing = build([([rectangle(x, 4, x + 8, 20)], (1, 0, 0, 0.95)) for x in (2, 12)], (24, 24))
+    state = State.start(drawing, Options(opacity="snap", iterations=10), 0, np.array([True, False]))
+    state.iteration = 9
+    gradients = dataclasses.replace(_ones(state), fills=None)
+    hold_still(state, gradients)
+    move(state, gradients)
+    assert state.drawing.colors[:, 3].tolist() == [0.95, 1.0]
+    assert np.array_equal(state.drawing.points[:4], drawing.points[:4])
+
+
+def test_lines_of_segments_are_counted_anew_where_too_few_or_four_times_too_many() -> None:
+    class Needs:
+        def pieces(self, drawing: object) -> NDArray[np.int32]:
+            return np.array([2, 4, 8, 16], np.int32)
+
+    state = State.start(build([([rectangle(3, 4, 9, 11)], (1, 0, 0, 1))], (24, 24)), Options(), 0)
+    for held, chosen in (
+        ([2, 4, 8, 16], [2, 4, 8, 16]),
+        ([4, 8, 16, 32], [4, 8, 16, 32]),  # twice as many as needed are kept
+        ([2, 4, 7, 16], [2, 4, 8, 16]),
+        ([2, 4, 17, 16], [2, 4, 8, 16]),
+    ):
+        state.pieces = np.array(held, np.int32)
+        choose_pieces(state, Needs())  # type: ignore[arg-type]
+        assert state.pieces.tolist() == chosen
 
 
 def test_loops_are_left_in_locked_layers() -> None:

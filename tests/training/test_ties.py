@@ -68,6 +68,26 @@ def test_ties_are_seen_in_the_drawing() -> None:
     assert len(empty.straight) == len(empty.smooth) == 0
 
 
+def test_a_curve_that_starts_or_ends_like_a_line_is_none() -> None:
+    for handle in (1, 2):
+        path = polygon(TRIANGLE)
+        path[1, handle] += (3, -2)
+        ties = Ties.of(drawing_of(path))
+        assert ties.straight.tolist() == [True, False, True]
+        moved = path + 0.0
+        ties.restore(moved)
+        np.testing.assert_allclose(moved, path, atol=1e-12)
+
+
+def test_a_handle_that_a_step_took_across_its_anchor_is_not_put_back_onto_the_other() -> None:
+    points = drop()
+    ties = Ties.of(drawing_of(points))
+    points[1, 1] = (21, 30)  # beyond the anchor at (20, 30), as the handle before it, at (28, 30)
+    moved = points.copy()
+    ties.restore(moved)
+    assert np.array_equal(moved, points)
+
+
 def test_ties_outlast_any_step() -> None:
     rng = np.random.default_rng(0)
     for path in (polygon(TRIANGLE), slot(), drop()):
