@@ -38,6 +38,8 @@ def find_pictures(inputs: Iterable[str | os.PathLike[str]]) -> list[Input]:
     found: dict[str, tuple[Path, Path]] = {}  # by real path: the file, and its path below the input
     for given in inputs:
         text = os.fspath(given)
+        if not text:
+            raise ValueError("inputs: got an empty path, wanted pictures or folders of pictures")
         files = _expanded(text)
         if not files:
             kind = "the pattern fits no picture" if is_pattern(text) else "the folder holds no pictures"

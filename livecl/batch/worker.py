@@ -65,8 +65,6 @@ def make(data: bytes, name: str, request: Request) -> Made | str:
             result = request.recipe.vectorize(read_image(stream), request.device, None, control)
     except Exception as error:
         return " ".join((str(error) or type(error).__name__).split())
-    if result.stopped is not None and not result.drawing.num_layers:
-        return f"{result.stopped}; there was no path yet"
     return Made(
         svg=request.recipe.svg(result.drawing),
         paths=result.drawing.num_layers,

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from livecl.cli.common import Parser, number, whole
+from livecl.cli.common import Parser, number, path_text, whole
 from livecl.cli.config import read_config
 from livecl.cli.method import add_method
 from livecl.cli.outputs import OUTPUTS
@@ -79,7 +79,9 @@ def build_parser() -> Parser:
     add_method(_setting(parser, method))
     _add_running(_setting(parser, running))
     _add_checkpoint(running.add_argument)
-    running.add_argument("--config", metavar="FILE.toml", help="options from a file; the command line's come first")
+    running.add_argument(
+        "--config", metavar="FILE.toml", type=path_text, help="options from a file; the command line's come first"
+    )
     running.add_argument("-q", "--quiet", action="store_true", help="show no progress, no warnings and no summary")
     running.add_argument("-v", "--verbose", action="store_true", help="also tell of each stage")
     information = parser.add_argument_group("information").add_argument
@@ -109,15 +111,22 @@ def _add_files(add: Adder) -> None:
         "inputs",
         metavar="IN",
         nargs="*",
+        type=path_text,
         help="pictures: PNG, JPEG or other files that Pillow reads, folders of them, patterns, or - for standard input",
     )
     add(
         "-o",
         "--output",
         metavar="OUT",
+        type=path_text,
         help="the SVG to write, - for standard output; of several pictures or a folder, the folder for the SVGs",
     )
-    add("--start", metavar="FILE.svg", help="start from a drawing: refine it, then add the paths asked for, if any")
+    add(
+        "--start",
+        metavar="FILE.svg",
+        type=path_text,
+        help="start from a drawing: refine it, then add the paths asked for, if any",
+    )
     add(
         "--lock",
         action="append",
@@ -127,11 +136,12 @@ def _add_files(add: Adder) -> None:
     add(
         "--masks",
         metavar="DIR|LABELS",
+        type=path_text,
         help="masks of the things in the picture: a folder of pictures, white inside, or one picture with a value or "
         "colour for each; each mask becomes a group, with --paths paths at most (default: as many as gain enough)",
     )
     for output in OUTPUTS:
-        add(f"--{output.name}", metavar=output.metavar, help=output.help)
+        add(f"--{output.name}", metavar=output.metavar, type=path_text, help=output.help)
     add(
         "--frame-step",
         type=whole(1),
@@ -228,6 +238,7 @@ def _add_checkpoint(add: Adder) -> None:
     add(
         "--checkpoint",
         metavar="FILE",
+        type=path_text,
         help="where a run of more than some seconds is saved now and then, to go on from if it is stopped (default: "
         "OUT.svg.checkpoint; deleted when all is written)",
     )

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import difflib
 import math
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
@@ -39,8 +41,19 @@ class Parser(argparse.ArgumentParser):
         self.settings: dict[str, argparse.Action] = {}
 
     def error(self, message: str) -> NoReturn:
-        """Raise BadInputError, in place of ending the process."""
+        """Raise BadInputError, in place of ending the process; it names the option nearest to an unknown one."""
+        unknown = re.match(r"unrecognized arguments: (--[^ =]+)", message)
+        known = [name for name in self._option_string_actions if name.startswith("--")]
+        if unknown and (near := difflib.get_close_matches(unknown[1], known, n=1)):
+            message += f"; did you mean {near[0]}?"
         raise BadInputError(f"{message} (see --help)")
+
+
+def path_text(text: str) -> str:
+    """Return the text of a path; an empty one, as of an unset variable, would be the current folder."""
+    if not text:
+        raise argparse.ArgumentTypeError("got '', wanted a path")
+    return text
 
 
 def whole(least: int) -> Callable[[str], int]:

@@ -20,6 +20,7 @@ from livecl.errors import LiveclError
 from livecl.files import remove_leftovers, write_atomically
 from livecl.image.resizing import DETAIL_IS_LOST, detail_lost, working_size, working_size_of
 from livecl.run.checkpoint import discard_checkpoint
+from livecl.run.control import TIME_LIMIT
 from livecl.run.result import Result, RunError
 
 #: Seconds from which on the summary tells how long an output took.
@@ -38,7 +39,7 @@ def run_job(job: Job, interrupts: Interrupts) -> int:
         finished, failure = _worked(job, interrupts)
         reason = str(failure) if finished is None else finished.result.stopped
         code = _exit_code(failure, reason, interrupts)
-        if finished is None or (reason is not None and not finished.result.drawing.num_layers):
+        if finished is None or (reason not in (None, TIME_LIMIT) and not finished.result.drawing.num_layers):
             complain(f"{reason}; there was no path yet, and nothing was written{going_on(job.control)}")
             return code or FAILED
         saved = _write_svg(job, finished)
@@ -161,7 +162,8 @@ def _line(job: Job, result: Result, reason: str | None) -> str:
     figures = f"{result.drawing.num_layers} paths, MSE {error}{at}, {result.seconds:.1f} s"
     if reason is None:
         return f"{job.output_name}: {figures}"
-    return f"{reason}; {job.output_name} has the best drawing so far: {figures}{going_on(job.control)}"
+    best = "the best drawing so far" if result.drawing.num_layers else "no path yet, give it more time"
+    return f"{reason}; {job.output_name} has {best}: {figures}{going_on(job.control)}"
 
 
 def _why(error: OSError) -> str:

@@ -23,6 +23,7 @@ MAX_BYTES = 1_500_000_000
 #: Endings of the picture files that are taken from folders; a file that is named itself may have any.
 SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".gif", ".webp", ".tif", ".tiff", ".bmp"})
 ADVICE = "give a whole PNG, JPEG, GIF, WebP, TIFF or BMP file"
+IS_DRAWING = "is an SVG, a drawing and not a picture of pixels; export it as PNG, or refine it as the start"
 _TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
 
@@ -77,6 +78,8 @@ def opened(name: str, data: bytes) -> ImageFile | None:
     except UnidentifiedImageError as error:
         if data.startswith(_TIFF_STARTS):
             return None
+        if _is_svg(data):
+            raise ImageError(f"{name}: {IS_DRAWING}") from error
         raise ImageError(f"{name}: not a picture of a kind that can be read; {ADVICE}") from error
     except MemoryError as error:
         raise ImageError(f"{name}: not enough memory; scale the picture down first") from error
@@ -87,6 +90,11 @@ def opened(name: str, data: bytes) -> ImageFile | None:
     if image.width * image.height > MAX_PIXELS:
         raise ImageError(f"{name}: {TOO_LARGE}")
     return image
+
+
+def _is_svg(data: bytes) -> bool:
+    head = data[:4096].lstrip(b"\xef\xbb\xbf \t\r\n")
+    return head.startswith(b"<") and b"<svg" in head and b"<html" not in head
 
 
 def damage(error: Exception) -> str:

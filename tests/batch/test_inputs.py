@@ -37,6 +37,11 @@ def test_a_file_may_have_any_ending(folder: Path) -> None:
     assert found("one/text.txt", "one/b.png") == {"one/text.txt": "text.svg", "one/b.png": "b.svg"}
 
 
+def test_an_empty_path_is_not_the_current_folder(folder: Path) -> None:
+    with pytest.raises(ValueError, match="got an empty path"):
+        found("one/b.png", "")
+
+
 def test_patterns(folder: Path) -> None:
     assert found("one/*") == {"one/a.JPG": "a.svg", "one/b.png": "b.svg"}
     assert found("one/**/*.webp") == {"one/deep/c.webp": "c.svg"}

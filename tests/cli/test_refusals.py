@@ -24,6 +24,7 @@ def make_bad_inputs(folder: Path) -> None:
     picture = (folder / "in.png").read_bytes()
     (folder / "text.png").write_text("not a picture")
     (folder / "empty.png").write_bytes(b"")
+    (folder / "drawing.svg").write_text("<?xml version='1.0'?>\n<!-- <b> -->\n<svg viewBox='0 0 2 2'/>")
     (folder / "cut.png").write_bytes(picture[: len(picture) // 2])
     (folder / "folder").mkdir()
     (folder / "link.png").symlink_to("in.png")
@@ -36,7 +37,15 @@ def make_bad_inputs(folder: Path) -> None:
         ("", "IN and -o"),
         ("in.png", "without -o"),
         ("-o out.svg", "without IN"),
-        ("in.png -o ''", "without -o"),
+        ("in.png -o ''", "-o/--output: got '', wanted a path"),
+        ("'' -o out.svg", "IN: got '', wanted a path"),
+        ("in.png '' -o svgs", "IN: got '', wanted a path"),
+        *(
+            (f"in.png -o out.svg {option} ''", f"{option}: got '', wanted a path")
+            for option in ("--stages", "--json", "--start", "--masks", "--checkpoint", "--config")
+        ),
+        ("in.png -o out.svg --path 3", "--path 3; did you mean --paths?"),
+        ("drawing.svg -o out.svg", "drawing.svg: is an SVG, a drawing and not a picture"),
         ("missing.png -o out.svg", "missing.png"),
         ("text.png -o out.svg", "text.png"),
         ("empty.png -o out.svg", "empty.png"),
