@@ -153,7 +153,7 @@ class Options:
     )
     strokes: Literal["off", "auto", "only"] = _option(
         "off",
-        "Draw line art as strokes along centre lines. auto: where strokes explain most of the ink, with fills for the "
+        "Draw line art as strokes along centre lines. auto: where strokes are cheaper than shapes, with fills for the "
         "rest, and thin layers of other drawings; only: strokes alone",
     )
     variant: Literal["paper", "released"] = _option(

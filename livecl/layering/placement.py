@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from livecl.layering.fills import shading_of
 from livecl.layering.painting import Painting
 from livecl.layering.stack import LayerStack
 from livecl.options import Options
+
+if TYPE_CHECKING:
+    from livecl.layering.line_work import LineWork
 
 FloatArray = NDArray[np.float64]
 
@@ -52,19 +55,27 @@ class Placement:
 
 
 def place_paths(
-    context: Context, drawing: Drawing, count: int, rng: np.random.Generator, total: int | None = None
+    context: Context,
+    drawing: Drawing,
+    count: int,
+    rng: np.random.Generator,
+    total: int | None = None,
+    lines: LineWork | None = None,
 ) -> Placement:
     """Place up to `count` new layers where a drawing differs from the target; fewer regions may be worth one.
 
     Regions may lie below layers that there are already; all else goes on top. `total` are the layers of the whole run,
-    at most: those of the drawing and `count` if not given.
+    at most: those of the drawing and `count` if not given. With the line work of a picture, its structure is placed
+    around the strokes of the drawing.
     """
     target, options = context.target, context.options
     if options.placement == "structure":
         from livecl.layering.structure import place_structure  # loads SciPy
 
         total = drawing.num_layers + count if total is None else total
-        found = place_structure(target, drawing, count, total, shading_of(options), 0 if options.path_gain else total)
+        asked = 0 if options.path_gain else total
+        beside = None if lines is None else lines.beside(context, drawing)
+        found = place_structure(target, drawing, count, total, shading_of(options), asked, beside)
         if found is None:
             return Placement(empty_drawing(drawing.size), np.arange(drawing.num_layers))
         rgba = np.array([paint_of(color) for color in found.colors])

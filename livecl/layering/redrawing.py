@@ -18,6 +18,7 @@ from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import evaluate
 from livecl.geometry.open_fitting import segment_along
+from livecl.geometry.polylines import lengths_along, points_at
 from livecl.layering.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
 
@@ -29,6 +30,8 @@ TOLERANCES = (0.2, 0.4, 0.8)
 MIN_TURN = 0.35
 #: Largest distance, in widths, of two ends that meet, and of the corner in which they do.
 REACH = 1.0
+#: The same for a line whose end runs past its beginning, into a corner's tip.
+TAIL = 4.0
 #: Rounds in which the parameters of points on a segment are found, once it is chosen.
 ROUNDS = 30
 #: Share of the error that a change adds which training leaves of it, as where outlines are made editable.
@@ -179,7 +182,38 @@ def _meetings(lines: list[_Line], width: float) -> list[_Pair]:
             line = _Line(np.concatenate([first.points[:-1], [corner], second.points[1:]]), closed=False)
         gap = float(np.hypot(*(first.points[-1] - second.points[0])))
         pairs.append(_Pair(gap, (i, j), line, (first.points[-1].tobytes(), second.points[0].tobytes())))
+    for index, line in enumerate(lines):
+        for own in (line, line.reversed()) if not line.closed else ():
+            whole = _without_tail(own.points, width)
+            if whole is not None:
+                pairs.append(_Pair(TAIL * width, (index, index), whole, (own.points[-1].tobytes(), b"")))
     return pairs
+
+
+def _without_tail(points: FloatArray, width: float) -> _Line | None:
+    """Return the closed line of one whose end runs past its beginning, into a corner's tip; None of others.
+
+    Within a width of the corner the line is bent, which does not count. Nodes stay `SAMPLES` points apart.
+    """
+    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    last = lengths > max(lengths[-1] - TAIL * width, 3 * TAIL * width)
+    if not last.any():
+        return None
+    away = np.hypot(*(points - points[0]).T) + np.where(last, 0, np.inf)
+    kept = np.flatnonzero((lengths >= width) & (lengths <= lengths[int(np.argmin(away))] - width))
+    corner = _meeting(points[kept], points[kept], TAIL * width) if away.min() <= width / 2 else None
+    if corner is None:
+        return None
+    start, end = -(-kept[0] // SAMPLES) * SAMPLES, kept[-1] // SAMPLES * SAMPLES
+    first = _evenly(np.concatenate([[corner], points[kept[0] : start + 1]]))
+    rest = _evenly(np.concatenate([points[end : kept[-1] + 1], [corner]]))
+    return _Line(np.concatenate([first[:-1], points[start:end], rest]), closed=True)
+
+
+def _evenly(points: FloatArray) -> FloatArray:
+    """Return a polyline (n, 2) at even steps: (SAMPLES + 1, 2)."""
+    lengths = lengths_along(points)
+    return points_at(np.linspace(0, lengths[-1], SAMPLES + 1), points, lengths)
 
 
 def _meeting(first: FloatArray, second: FloatArray, reach: float) -> FloatArray | None:

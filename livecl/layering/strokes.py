@@ -17,6 +17,7 @@ from livecl.drawing.strokes import Strokes
 from livecl.geometry.strokes import BUTT, MITER, ROUND
 from livecl.layering.bridges import bridged
 from livecl.layering.context import Context
+from livecl.layering.ends import lengthened
 from livecl.layering.inks import INKS, inks_of, paper_of, without_shading
 from livecl.layering.lines import RULES, Line, StrokeRules, find_traces, fitted_line
 
@@ -28,13 +29,22 @@ FAINT = 0.1
 
 def find_strokes(context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES) -> Drawing:
     """Return the strokes of a picture of line art, a layer for each ink and width that meet; none of other pictures."""
+    found, explained = strokes_of_inks(context, background, rules)
+    wanted = 0.0 if context.options.strokes == "only" else rules.explained
+    return found if explained >= wanted else empty_drawing(found.size, background)
+
+
+def strokes_of_inks(
+    context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES
+) -> tuple[Drawing, float]:
+    """Return the strokes of a picture, bottom first, and the share of what is ink or drawn that is both."""
     target = np.asarray(context.target, dtype=np.float64)
     size = (target.shape[0], target.shape[1])
     nothing = empty_drawing(size, background)
     paper = paper_of(target)
     ground = np.zeros(target.shape[2]) if background is None else np.asarray(background, dtype=np.float64)
     if np.abs(paper - ground).max() > INKS.contrast:  # the paper would need a layer of its own
-        return nothing
+        return nothing, 0.0
     inks = inks_of(without_shading(target, paper), paper)
     all_lines = []
     covered = np.max([np.zeros(size), *(ink.coverage for ink in inks)], axis=0)
@@ -63,11 +73,11 @@ def find_strokes(context: Context, background: NDArray[Any] | None, rules: Strok
             drawn = np.maximum(drawn, strength * cover)
         right += float(np.minimum(drawn, ink.coverage)[ink.coverage > FAINT].sum())
         either += float(np.maximum(drawn, ink.coverage)[(ink.coverage > FAINT) | (drawn > FAINT)].sum())
-    wanted = 0.0 if context.options.strokes == "only" else rules.explained
-    if not layers or right < wanted * either:
-        return nothing
+    if not layers:
+        return nothing, 0.0
     found = functools.reduce(concatenate, layers)
-    return found.layer_subset(_paint_order(context.rasterizer.coverages(found), found.colors, target))
+    order = _paint_order(context.rasterizer.coverages(found), found.colors, target)
+    return found.layer_subset(order), right / max(either, 1e-9)
 
 
 def _straight_rgba(color: FloatArray) -> FloatArray:
@@ -125,29 +135,18 @@ def best_pen(
 ) -> tuple[Drawing, FloatArray]:
     """Return lines as a layer, with the caps and joins that cover the ink best, and what they cover (H, W)."""
     width = float(np.average([line.width for line in lines], weights=[line.length + line.width for line in lines]))
+    plain, is_open = [line.points for line in lines], np.array([not line.closed for line in lines])
     options = []
     for cap, join in ((ROUND, ROUND), (BUTT, MITER), (ROUND, MITER)):
-        rows = [_extended(line, width / 2 if cap == BUTT else 0.0) for line in lines]
+        rows = lengthened(plain, is_open, width, width / 2) if cap == BUTT else plain
         layer = Drawing.from_outlines(
             [rows],
             color,
             canvas.size,
             canvas.background,
-            strokes=Strokes(
-                widths=[width], caps=cap, joins=join, is_open=np.array([not line.closed for line in lines])
-            ),
+            strokes=Strokes(widths=[width], caps=cap, joins=join, is_open=is_open),
         )
         cover = context.rasterizer.coverages(layer)[0].astype(np.float64)
         options.append((float(np.square(cover - coverage).sum()), layer, cover))
     _, layer, cover = min(options, key=lambda option: option[0])
     return layer, cover
-
-
-def _extended(line: Line, by: float) -> FloatArray:
-    """Return a line's rows, its ends moved outwards."""
-    if line.closed or not by:
-        return line.points
-    rows = line.points.copy()
-    rows[0, 0] += by * line.ends[0]
-    rows[-1] += by * line.ends[1]
-    return rows

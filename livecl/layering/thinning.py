@@ -56,11 +56,11 @@ def thinned(context: Context, drawing: Drawing, free: NDArray[np.bool_], rules: 
 
 def worth(before: Drawing, after: Drawing) -> float:
     """Return the rise of the mean squared error that the numbers saved between two drawings are worth."""
-    saved = _numbers_of_all(before) - _numbers_of_all(after)
+    saved = numbers_of_all(before) - numbers_of_all(after)
     return saved * SEGMENT_ERROR / 6 / (3 * before.size[0] * before.size[1])
 
 
-def _numbers_of_all(drawing: Drawing) -> float:
+def numbers_of_all(drawing: Drawing) -> float:
     """Return the numbers that describe all layers: their colours too, and the outline of a fill and its stroke once."""
     total = float(COLOR_NUMBERS * drawing.num_layers)
     outlined = border_pairs(drawing)[:, 0].tolist()

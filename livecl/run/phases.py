@@ -61,43 +61,61 @@ class Refine(Phase):
 
 @dataclasses.dataclass(frozen=True)
 class Stroke(Phase):
-    """Draw line art as strokes, which later phases keep."""
+    """Draw line art as strokes, which later phases keep.
+
+    In a flat picture, the shapes that strokes leave are placed with them: without what lies beside them, strokes would
+    be trained to the wrong width.
+    """
 
     kind: ClassVar[Kind] = "stroke"
 
     def begin(self, run: Work) -> bool:
-        """Place the strokes; False where the picture is no line art."""
+        """Place the strokes; False where there are none, or shapes are cheaper."""
         from livecl.layering.strokes import find_strokes  # loads SciPy
 
         state = run.state
-        found = find_strokes(run, state.drawing.background)
+        found = find_strokes(run, state.drawing.background) if run.lines is None else run.lines.strokes
         if not found.num_layers:
             state.stage += 1
             return False
+        if run.lines is not None:
+            run.remember()
         before = state.drawing.num_layers
         state.add(found, np.arange(before + found.num_layers))
         state.holds[before:] = KEPT
+        if run.lines is not None:
+            place(run, sum(run.progress.schedule), state.stage)
         return True
 
 
 @dataclasses.dataclass(frozen=True)
 class Redraw(Phase):
-    """Draw the strokes, as they have been trained, with fewer nodes and pens, and train them again."""
+    """Draw the strokes, as they have been trained, with fewer nodes and pens, and train them again.
+
+    In a flat picture they are kept if they are no dearer than shapes.
+    """
 
     kind: ClassVar[Kind] = "stroke"
 
     def begin(self, run: Work) -> bool:
-        """Join lines and fit them anew; False where nothing is saved."""
+        """Choose caps, join lines and fit them anew; False where nothing is better."""
+        from livecl.layering.ends import with_best_ends  # loads SciPy
+
         state = run.state
-        changed, sources = with_fewer_pens(run, state.drawing)
+        changed, sources = with_fewer_pens(run, with_best_ends(run, state.drawing))
         changed = redrawn(run, changed)
         if changed is state.drawing:
+            run.keep_worthwhile_strokes()
             state.stage += 1
             return False
         kept = state.holds[sources]
         state.replace_layers(changed, np.where(changed.strokes.widths > 0, -1, sources))
         state.holds = kept
         return True
+
+    def end(self, run: Work) -> bool:
+        """Keep the strokes, or begin again without them."""
+        return run.keep_worthwhile_strokes()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -262,7 +280,8 @@ def place(run: Work, count: int, stage: int, *, refills: bool = False) -> int:
     when placed.
     """
     state = run.state
-    placement = place_paths(run, state.drawing, count, state.rng, sum(run.progress.schedule))
+    lines = run.lines if state.drawing.strokes.any else None
+    placement = place_paths(run, state.drawing, count, state.rng, sum(run.progress.schedule), lines)
     placed = placement.drawing.num_layers
     if placed:
         state.add(placement.drawing.replace(stages=np.full(placed, stage)), placement.order)

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +17,9 @@ from livecl.rendering.rasterizer import Rasterizer
 from livecl.run.progress import Progress
 from livecl.training.objective import Objective
 from livecl.training.state import State
+
+if TYPE_CHECKING:
+    from livecl.layering.line_work import LineWork
 
 
 class Work(Context):
@@ -53,6 +58,15 @@ class Work(Context):
         self.progress = progress
         self.objective = Objective(self.rasterizer, target)
 
+    @functools.cached_property
+    def lines(self) -> LineWork | None:
+        """The strokes of a flat picture that are worth their price; None where it is not flat, or has fills alone."""
+        if self.options.strokes != "auto" or self.options.placement != "structure":
+            return None
+        from livecl.layering.line_work import line_work  # loads SciPy
+
+        return line_work(self, self.state.drawing.background, sum(self.progress.schedule))
+
     @property
     def state(self) -> State:
         """Drawing and moments."""
@@ -80,6 +94,19 @@ class Work(Context):
     def remember(self) -> None:
         """Make the drawing the fallback of the phase that begins."""
         self.progress.fallback = self.state.fall_back(self.visible_mse(self.state.drawing))
+
+    def keep_worthwhile_strokes(self) -> bool:
+        """Return whether the strokes of a flat picture are kept: else the drawing becomes what it was without them."""
+        state, fallback = self.state, self.progress.fallback
+        if self.lines is None or fallback is None:
+            return True
+        kept = self.lines.worthwhile(self, state.drawing)
+        if not kept:
+            state.restore(fallback)
+            state.pieces = self.rasterizer.pieces(state.drawing)
+            self.progress.error = fallback.error
+        self.progress.fallback = None
+        return kept
 
     def keep_if_better(self, improvement: float = 0.0, rise: float = 0.0) -> bool:
         """Return whether the drawing's error is lower than that of the fallback, which it else becomes.

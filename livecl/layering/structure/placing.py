@@ -38,6 +38,22 @@ SAMPLES, LEAST_SHARE = 9, 0.2
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
+class Beside:
+    """Strokes in a structure.
+
+    Attributes
+    ----------
+    kept : (N,) bool
+        Layers of the structure that are needed beside the strokes.
+    depths : (K,) int
+        How many layers of the structure lie below each stroke.
+    """
+
+    kept: NDArray[np.bool_]
+    depths: NDArray[np.int64]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
 class NextLayers:
     """What a stage adds.
 
@@ -54,7 +70,7 @@ class NextLayers:
     weight : (H, W) float32
         0 where layers show that are not placed yet, or for which there are no paths, 1 elsewhere.
     numbers : (N + K,) int
-        Number of each layer of the drawing in the whole structure, in paint order.
+        Number of each layer of the drawing in the whole structure, in paint order; that after the last for strokes.
     top : (H, W) int
         Layer that shows at each pixel in the whole structure, 1 for the lowest; 0 where the ground does.
     exact : bool
@@ -135,29 +151,37 @@ def place_structure(
     total: int,
     shading: Shading | None = None,
     asked: int = 0,
+    beside: Beside | None = None,
 ) -> NextLayers | None:
     """Return the next layers, `count` at most, of a picture of flat or shaded regions, or None where all are there.
 
-    The target is as in :func:`livecl.layering.structure.finding.found_structure`, and so are `shading` and `asked`; the
-    drawing's layers are those that earlier calls have placed, `total` those of the whole run, at most.
+    The target is as in :func:`livecl.layering.structure.finding.found_structure`, and so are `shading` and `asked`. The
+    drawing's filled layers are those that earlier calls have placed, `total` those of the whole run, at most. Its
+    strokes are none of the structure's layers: `beside` says which of these are needed beside them.
     """
     found = structure_of(target, drawing.background, total, shading, asked)
-    last = drawing.num_layers + count
-    placed, new = found.ranked[: drawing.num_layers], found.ranked[drawing.num_layers : last]
-    if not len(new) or len(placed) < drawing.num_layers:
+    ranked = found.ranked if beside is None else found.ranked[beside.kept[found.ranked]]
+    stroked = drawing.strokes.widths > 0
+    num_placed = int(np.sum(~stroked))
+    last = num_placed + count
+    placed, new = ranked[:num_placed], ranked[num_placed:last]
+    if not len(new) or len(placed) < num_placed:
         return None
     noise = outline_noise(found)
     outlines = []
     for k in new:
         interruption.check()
         outlines.append(fitted_layer(found.layers[k], *noise))
-    order = np.argsort(np.concatenate([np.sort(placed), new]), kind="stable")
-    missing = found.shows(found.ranked[last:])
+    depths = np.zeros(drawing.num_layers)
+    depths[~stroked] = np.sort(placed) + 0.5
+    depths[stroked] = len(found.layers) if beside is None else beside.depths
+    order = np.argsort(np.concatenate([depths, new + 0.5]), kind="stable")
+    missing = found.shows(ranked[last:])
     if found.left_out is not None:
         missing |= found.left_out
     missing = ndimage.binary_dilation(missing, np.ones((5, 5)))
     colors = np.array([found.layers[k].color for k in new])
-    numbers = np.sort(found.ranked[:last])
+    numbers = np.concatenate([np.where(stroked, len(found.layers), depths), new]).astype(np.intp)[order]
     fills = concatenate_fills([found.fills_of(k) for k in new])
     return NextLayers(outlines, colors, fills, order, (~missing).astype(np.float32), numbers, found.top, found.exact)
 

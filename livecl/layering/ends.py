@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ends of lines: caps, as the ink shows them, and how far a line goes on beneath each.
+
+A cap covers the same as a flat end that lies farther out: by half a width for a square one, by pi / 8 widths for a
+round one. So a line whose cap changes is lengthened or shortened by the difference, but for ends that lie on another
+line, where no cap is seen.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from livecl.drawing.assembly import outlines_of, with_outlines
+from livecl.drawing.drawing import Drawing
+from livecl.geometry.bezier import evaluate
+from livecl.geometry.strokes import BUTT, ROUND, SQUARE
+from livecl.layering.context import Context
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+#: Length, in widths, of a flat end that covers as much as a cap.
+REACH = {BUTT: 0.0, ROUND: np.pi / 8, SQUARE: 0.5}
+#: Samples of lines, for each width; most of one segment.
+SAMPLES, MOST = 4, 64
+#: Part of a line, in widths, on which its own end lies anyway.
+OWN = 1.5
+
+
+def with_best_ends(context: Context, drawing: Drawing) -> Drawing:
+    """Return a drawing whose strokes have the caps of the least error; the same object where they have them."""
+    best, error = drawing, context.visible_mse(drawing)
+    for layer in drawing.strokes.stroked_layers.tolist():
+        for cap in (BUTT, ROUND):
+            changed = _with_caps(best, layer, cap)
+            if changed is not best and (changed_error := context.visible_mse(changed)) < error:
+                best, error = changed, changed_error
+    return best
+
+
+def _with_caps(drawing: Drawing, layer: int, cap: int) -> Drawing:
+    """Return a drawing, one layer of which has other caps; the same object where it has these, or no end."""
+    strokes = drawing.strokes
+    subpaths = slice(*drawing.layer_offsets[layer : layer + 2])
+    is_open = strokes.is_open[subpaths]
+    if strokes.caps[layer] == cap or not is_open.any():
+        return drawing
+    width = float(strokes.widths[layer])
+    by = width * (REACH[int(strokes.caps[layer])] - REACH[cap])
+    outlines = outlines_of(drawing)
+    outlines[layer] = lengthened(outlines[layer], is_open, width, by)
+    caps = strokes.caps.copy()
+    caps[layer] = cap
+    return with_outlines(drawing, outlines, strokes=dataclasses.replace(strokes, caps=caps))
+
+
+def lengthened(lines: list[FloatArray], is_open: BoolArray, width: float, by: float) -> list[FloatArray]:
+    """Return the rows (s, 3, 2) of lines of a width, px, whose free ends are moved outwards by a length, px.
+
+    Ends that lie on a line, their own among them, stay.
+    """
+    samples = [_samples(rows, gap, width) for rows, gap in zip(lines, is_open, strict=True)]
+    found = []
+    for number, (rows, gap) in enumerate(zip(lines, is_open, strict=True)):
+        others = [points for other, points in enumerate(samples) if other != number]
+        rows = rows.copy()
+        for end, inwards in ((0, 1), (-1, -1)):
+            if not gap or len(rows) < 2:
+                continue
+            own = samples[number][::inwards]
+            away = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(own, axis=0).T))])
+            beside = np.concatenate([own[away > OWN * width], *others])
+            near = cKDTree(beside).query(own[0])[0] if len(beside) else np.inf
+            direction = own[0] - own[min(2, len(own) - 1)]
+            size = float(np.hypot(*direction))
+            if near > width / 2 and size:
+                step = by * direction / size
+                if end == 0:
+                    rows[0, :2] += step
+                else:
+                    rows[-1] += step
+                    rows[-2, 2] += step
+        found.append(rows)
+    return found
+
+
+def _samples(rows: FloatArray, is_open: bool, width: float) -> FloatArray:
+    """Return points (n, 2) along a line, some a width."""
+    after = rows[1:, 0] if is_open else np.roll(rows, -1, axis=0)[:, 0]
+    cubics = np.concatenate([rows[: len(after)], after[:, None]], axis=1)
+    longest = float(np.hypot(*np.diff(cubics, axis=1).reshape(-1, 2).T).reshape(-1, 3).sum(axis=1).max(initial=0))
+    count = int(np.clip(SAMPLES * longest / max(width, 1e-9), 4, MOST))
+    return np.asarray(evaluate(cubics, np.linspace(0, 1, count + 1)).reshape(-1, 2))
