@@ -191,15 +191,18 @@ def test_edges_without_antialiasing_are_named() -> None:
     assert read('<circle r="9" shape-rendering="geometricPrecision"/>').num_layers == 1
 
 
-def test_many_layers_are_read_in_a_second() -> None:
-    """1 856 even-odd rings with arcs, by classes: .6 s on one core; 2 s leave room for a busy machine."""
+def test_the_time_to_read_layers_grows_with_their_number() -> None:
+    """Even-odd rings with arcs, by classes: four times as many take four times as long, not sixteen times."""
     ring = "h20v20h-20z m2 2v16h16v-16z m8 2a3 3 0 1 0 1 0z"
     path = '<path class="a{}" fill-rule="evenodd" d="M{} {}{}" transform="scale(.5)"/>'
-    paths = "".join(path.format(i % 99, i % 80, i % 70, ring) for i in range(1856))
     sheet = "".join(f".a{i}{{fill:#12{i:02}ff;opacity:.5}}" for i in range(99))
-    start = time.process_time()
-    assert read(f"<style>{sheet}</style>{paths}").num_layers == 1856
-    assert time.process_time() - start < 2
+    seconds = []
+    for count in (464, 464, 1856):  # the first time, modules are loaded
+        paths = "".join(path.format(i % 99, i % 80, i % 70, ring) for i in range(count))
+        start = time.process_time()
+        assert read(f"<style>{sheet}</style>{paths}").num_layers == count
+        seconds.append(time.process_time() - start)
+    assert seconds[2] < 8 * seconds[1]
 
 
 def test_at_rules_do_not_swallow_the_rule_behind_them() -> None:
