@@ -29,7 +29,7 @@ from livecl.geometry.outlines import Outline, reversed_path
 from livecl.geometry.strokes import MITER, ROUND
 from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas, visible_shares
-from livecl.layering.thinning import worth
+from livecl.layering.strokes.thinning import worth
 
 FloatArray = NDArray[np.float64]
 

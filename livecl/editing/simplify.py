@@ -28,7 +28,7 @@ from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import Outline
 from livecl.geometry.untangle import find_crossings, parted
 from livecl.image.errors import visible_error
-from livecl.layering.candidates import SEGMENT_ERROR
+from livecl.layering.componentwise.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
 from livecl.layering.contributions import composited_colors, in_window, layer_alphas, opacity_at_pixels
 from livecl.layering.stack import over, window_of

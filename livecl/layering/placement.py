@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 from livecl import interruption
 from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.drawing import Drawing
-from livecl.layering.candidates import initial_outline, paint_of, region_candidates
-from livecl.layering.components import Place, component_places
+from livecl.layering.componentwise.candidates import initial_outline, paint_of, region_candidates
+from livecl.layering.componentwise.components import Place, component_places
+from livecl.layering.componentwise.painting import Painting
 from livecl.layering.context import Context
 from livecl.layering.contributions import composited_colors, layer_alphas
-from livecl.layering.fills import shading_of
-from livecl.layering.painting import Painting
+from livecl.layering.fills.choice import shading_of
 from livecl.layering.stack import LayerStack
 from livecl.options import Options
 
 if TYPE_CHECKING:
-    from livecl.layering.line_work import LineWork
+    from livecl.layering.strokes.line_work import LineWork
 
 FloatArray = NDArray[np.float64]
 

@@ -91,7 +91,7 @@ def placed_by(
     if options.placement != "structure":
         return options
     if options.shape == "outline" and options.background != TRAIN and options.new_color == "target":
-        from livecl.layering.fills import shading_of
+        from livecl.layering.fills.choice import shading_of
         from livecl.layering.structure import structure_kind  # loads SciPy
 
         interruption.check()

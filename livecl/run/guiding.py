@@ -17,7 +17,7 @@ from livecl.image.background import background_for, target_over
 from livecl.image.reading import over_background
 from livecl.layering.context import Context
 from livecl.layering.contributions import paint_at_pixels, visible_shares
-from livecl.layering.fills import shaded
+from livecl.layering.fills.choice import shaded
 from livecl.layering.guides import CLEAR, INSIDE, masked_layers
 from livecl.layering.structure.placing import hidden_points
 from livecl.rendering.rasterizer import Rasterizer

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from livecl import interruption
 from livecl.editing import with_few_colors
-from livecl.layering.fills import shaded
-from livecl.layering.merging import can_merge, merge_neighbors
-from livecl.layering.pens import with_fewer_pens
+from livecl.layering.fills.choice import shaded
 from livecl.layering.placement import place_paths
-from livecl.layering.pruning import least_useful
-from livecl.layering.redrawing import redrawn
+from livecl.layering.revision.merging import can_merge, merge_neighbors
+from livecl.layering.revision.pruning import least_useful
+from livecl.layering.strokes.pens import with_fewer_pens
+from livecl.layering.strokes.redrawing import redrawn
 from livecl.run.work import Work
 from livecl.training.state import FREE, KEPT
 
@@ -71,7 +71,7 @@ class Stroke(Phase):
 
     def begin(self, run: Work) -> bool:
         """Place the strokes; False where there are none, or shapes are cheaper."""
-        from livecl.layering.strokes import find_strokes  # loads SciPy
+        from livecl.layering.strokes.finding import find_strokes  # loads SciPy
 
         state = run.state
         found = find_strokes(run, state.drawing.background) if run.lines is None else run.lines.strokes
@@ -99,7 +99,7 @@ class Redraw(Phase):
 
     def begin(self, run: Work) -> bool:
         """Choose caps, join lines and fit them anew; False where nothing is better."""
-        from livecl.layering.ends import with_best_ends  # loads SciPy
+        from livecl.layering.strokes.ends import with_best_ends  # loads SciPy
 
         state = run.state
         changed, sources = with_fewer_pens(run, with_best_ends(run, state.drawing))
@@ -223,7 +223,7 @@ class Thin(Phase):
 
     def begin(self, run: Work) -> bool:
         """Replace the layers; False where none is a stroke at a lower price."""
-        from livecl.layering.thinning import thinned  # loads SciPy
+        from livecl.layering.strokes.thinning import thinned  # loads SciPy
 
         state = run.state
         before = state.drawing
@@ -238,7 +238,7 @@ class Thin(Phase):
 
     def end(self, run: Work) -> bool:
         """Keep the strokes if the error that they have added is worth the numbers that they have saved."""
-        from livecl.layering.thinning import worth
+        from livecl.layering.strokes.thinning import worth
 
         fallback = run.progress.fallback
         return run.keep_if_better(rise=0.0 if fallback is None else worth(fallback.drawing, run.state.drawing))

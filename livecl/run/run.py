@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.editing import editable, with_few_colors
 from livecl.errors import LiveclError
-from livecl.layering.merging import can_merge, merge_neighbors
-from livecl.layering.pruning import needed_layers
-from livecl.layering.trimming import trimmed
+from livecl.layering.revision.merging import can_merge, merge_neighbors
+from livecl.layering.revision.pruning import needed_layers
+from livecl.layering.revision.trimming import trimmed
 from livecl.run.phases import Grow, Phase, Recolor, Revise, plan_of
 from livecl.run.preparation import warm_up
 from livecl.run.progress import Progress

@@ -19,7 +19,7 @@ from livecl.training.objective import Objective
 from livecl.training.state import State
 
 if TYPE_CHECKING:
-    from livecl.layering.line_work import LineWork
+    from livecl.layering.strokes.line_work import LineWork
 
 
 class Work(Context):
@@ -63,7 +63,7 @@ class Work(Context):
         """The strokes of a flat picture that are worth their price; None where it is not flat, or has fills alone."""
         if self.options.strokes != "auto" or self.options.placement != "structure":
             return None
-        from livecl.layering.line_work import line_work  # loads SciPy
+        from livecl.layering.strokes.line_work import line_work  # loads SciPy
 
         return line_work(self, self.state.drawing.background, sum(self.progress.schedule))
 

@@ -14,7 +14,7 @@ from skimage.measure import label, points_in_poly
 from livecl.geometry.bezier import evaluate, signed_area
 from livecl.geometry.fitting import PLACES, fit_outlines
 from livecl.geometry.outlines import circle, random_outline
-from livecl.layering.masks import border
+from livecl.layering.componentwise.masks import border
 
 FloatArray = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from support.shapes import circle
 import livecl
 from livecl.geometry.bezier import curve_bounds
 from livecl.geometry.trimming import trimmed_outline
-from livecl.layering.trimming import trimmed
+from livecl.layering.revision.trimming import trimmed
 
 LOW, HIGH = np.array([-4.0, -4.0]), np.array([104.0, 64.0])
 SIZE = (60, 100)

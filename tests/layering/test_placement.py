@@ -17,9 +17,9 @@ from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import circle
 from livecl.layering import placement
-from livecl.layering.candidates import SMALL_REGION
+from livecl.layering.componentwise.candidates import SMALL_REGION
+from livecl.layering.componentwise.painting import Painting
 from livecl.layering.context import Context
-from livecl.layering.painting import Painting
 from livecl.layering.placement import place_paths
 
 FloatArray = NDArray[np.float64]

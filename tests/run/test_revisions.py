@@ -15,7 +15,7 @@ import livecl
 from livecl import Drawing, Options
 from livecl.drawing import Fills
 from livecl.drawing.assembly import empty_drawing
-from livecl.layering.pruning import least_useful
+from livecl.layering.revision.pruning import least_useful
 from livecl.run.phases import Revise
 from livecl.run.progress import Progress
 from livecl.run.run import Run

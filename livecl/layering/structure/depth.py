@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from livecl import interruption
 from livecl.geometry.polylines import polygon_area
-from livecl.layering.structure.completion import SHORTEST_GAP, completed_contour, joined_contours
-from livecl.layering.structure.contours import AFTER, BEFORE, OWN, Contour, Outlines
-from livecl.layering.structure.prices import Prices, hidden_price, outline_price
+from livecl.layering.outlines.completion import SHORTEST_GAP, completed_contour, joined_contours
+from livecl.layering.outlines.contours import AFTER, BEFORE, OWN, Contour, Outlines
+from livecl.layering.outlines.prices import Prices, hidden_price, outline_price
 
 FloatArray = NDArray[np.float64]
 Pairs = dict[tuple[int, int], float]

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
-from livecl.layering.ramps import Shading
-from livecl.layering.structure.contours import Outlines
-from livecl.layering.structure.flat import FlatRegions, clean_regions, flatness, noisy_regions
+from livecl.layering.fills.ramps import Shading
+from livecl.layering.outlines.contours import Outlines
+from livecl.layering.outlines.prices import PRICES
+from livecl.layering.segmentation.flat import FlatRegions, clean_regions, flatness, noisy_regions
+from livecl.layering.segmentation.smooth import SmoothRegions, smooth_regions, smoothness, unmixed
 from livecl.layering.structure.layers import Layer, find_layers
 from livecl.layering.structure.mosaic import MOST_PARTS, Mosaic, mosaic_of
 from livecl.layering.structure.parts import with_more_parts, with_parts
-from livecl.layering.structure.prices import PRICES
 from livecl.layering.structure.ranking import EXPLAINED, Structure, explained_miss, mask_of
-from livecl.layering.structure.smooth import SmoothRegions, smooth_regions, smoothness, unmixed
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
-from livecl.layering.structure.completion import completed_contour, cut_in_two, filled_out, joined_contours, trapped
-from livecl.layering.structure.contours import Contour, Outlines
+from livecl.layering.outlines.completion import completed_contour, cut_in_two, filled_out, joined_contours, trapped
+from livecl.layering.outlines.contours import Contour, Outlines
+from livecl.layering.outlines.prices import PRICES, Prices, outline_price
 from livecl.layering.structure.depth import (
     Pairs,
     evidence,
@@ -23,7 +24,6 @@ from livecl.layering.structure.depth import (
     screens,
 )
 from livecl.layering.structure.ordering import paint_order
-from livecl.layering.structure.prices import PRICES, Prices, outline_price
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

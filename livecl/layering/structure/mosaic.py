@@ -18,7 +18,7 @@ from scipy import ndimage
 
 from livecl import interruption
 from livecl.geometry.polylines import polygon_area
-from livecl.layering.structure.flat import SAME_COLOR, FlatRegions
+from livecl.layering.segmentation.flat import SAME_COLOR, FlatRegions
 from livecl.layering.structure.layers import Layer
 
 FloatArray = NDArray[np.float64]

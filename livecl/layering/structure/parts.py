@@ -18,13 +18,13 @@ from scipy.spatial import cKDTree
 
 from livecl import interruption
 from livecl.geometry.corners import find_corners, noise_of
-from livecl.layering.structure.completion import completed_contour
-from livecl.layering.structure.continuations import direction_at_end, smooth, straight_line
-from livecl.layering.structure.contours import COMPLETED, Contour, Outlines
+from livecl.layering.outlines.completion import completed_contour
+from livecl.layering.outlines.continuations import direction_at_end, smooth, straight_line
+from livecl.layering.outlines.contours import COMPLETED, Contour, Outlines
+from livecl.layering.outlines.prices import ASKED, PRICES, Prices, outline_price
+from livecl.layering.outlines.primitives import fitted_primitive
+from livecl.layering.segmentation.flat import FlatRegions
 from livecl.layering.structure.depth import ground_regions
-from livecl.layering.structure.flat import FlatRegions
-from livecl.layering.structure.prices import ASKED, PRICES, Prices, outline_price
-from livecl.layering.structure.primitives import fitted_primitive
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

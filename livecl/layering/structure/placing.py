@@ -21,7 +21,7 @@ from livecl.geometry.bezier import bernstein
 from livecl.geometry.corners import noise_of
 from livecl.geometry.outlines import polygon_path
 from livecl.geometry.tracing import traced_path
-from livecl.layering.ramps import Shading
+from livecl.layering.fills.ramps import Shading
 from livecl.layering.structure.finding import found_structure, structure_of
 from livecl.layering.structure.layers import Layer
 from livecl.layering.structure.ranking import Structure

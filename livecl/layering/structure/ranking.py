@@ -14,11 +14,11 @@ from scipy import ndimage
 from livecl import interruption
 from livecl.drawing.fills import Fills
 from livecl.geometry.polylines import polygon_area
-from livecl.layering.structure.contours import Outlines
-from livecl.layering.structure.cores import pixel_centers
-from livecl.layering.structure.flat import SAME_COLOR, FlatRegions
+from livecl.layering.outlines.contours import Outlines
+from livecl.layering.segmentation.cores import pixel_centers
+from livecl.layering.segmentation.flat import SAME_COLOR, FlatRegions
+from livecl.layering.segmentation.smooth import SmoothRegions
 from livecl.layering.structure.layers import Layer
-from livecl.layering.structure.smooth import SmoothRegions
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from livecl.layering.structure.contours import AFTER, BEFORE, OWN, UNCLEAR, Contour
+from livecl.layering.outlines.contours import AFTER, BEFORE, OWN, UNCLEAR, Contour
+from livecl.layering.outlines.prices import PRICES
 from livecl.layering.structure.depth import _bulge, _hull, _junctions, _thinness
 from livecl.layering.structure.ordering import paint_order
-from livecl.layering.structure.prices import PRICES
 
 #: Radius, px, of a disc whose outline faces region 1 below its middle, and region 2 above it.
 RADIUS = 20.0

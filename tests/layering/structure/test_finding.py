@@ -17,11 +17,11 @@ from livecl.drawing import LINEAR, SOLID, Drawing, Fills
 from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.fills import concatenate_fills
 from livecl.geometry.outlines import circle
-from livecl.layering.ramps import Shading
+from livecl.layering.fills.ramps import Shading
+from livecl.layering.outlines.contours import Outlines
+from livecl.layering.segmentation.flat import clean_regions, noisy_regions
 from livecl.layering.structure import finding
-from livecl.layering.structure.contours import Outlines
 from livecl.layering.structure.finding import found_structure
-from livecl.layering.structure.flat import clean_regions, noisy_regions
 from livecl.layering.structure.layers import Layer
 from livecl.layering.structure.placing import place_structure
 from livecl.layering.structure.ranking import Structure, mask_of

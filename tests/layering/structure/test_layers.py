@@ -14,13 +14,13 @@ from skimage.draw import polygon2mask
 
 from livecl import read_image
 from livecl.geometry.crossings import polygon_crossing_area
-from livecl.layering.structure.completion import completed_contour, filled_out
-from livecl.layering.structure.contours import Outlines
+from livecl.layering.outlines.completion import completed_contour, filled_out
+from livecl.layering.outlines.contours import Outlines
+from livecl.layering.outlines.prices import PRICES
+from livecl.layering.segmentation.flat import flat_regions
 from livecl.layering.structure.depth import few_alike
-from livecl.layering.structure.flat import flat_regions
 from livecl.layering.structure.layers import find_layers
 from livecl.layering.structure.parts import with_parts
-from livecl.layering.structure.prices import PRICES
 
 SIZE = (96, 96)
 FINE = 4  # samples of a pixel's side

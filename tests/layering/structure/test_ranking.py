@@ -15,7 +15,7 @@ from livecl.drawing import LINEAR, Drawing
 from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.geometry.outlines import circle
-from livecl.layering.ramps import Shading
+from livecl.layering.fills.ramps import Shading
 from livecl.layering.structure.finding import structure_of
 from livecl.layering.structure.placing import place_structure
 from livecl.layering.structure.ranking import Structure

@@ -1,0 +1,354 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Flat regions of a picture, with the mixed pixels of anti-aliased borders given to the two sides.
+
+Pixels that are alike and hold a block of 2 x 2 are cores. Any other pixel is explained as a mixture of two cores near
+it; what no mixture explains (thin lines, small parts) becomes a core itself.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, sparse
+from scipy.sparse.csgraph import connected_components
+
+from livecl import interruption
+from livecl.layering.fills.ramps import LAYER_NUMBERS
+from livecl.layering.segmentation.noise import noise_level, noisy_cores
+from livecl.layering.segmentation.seams import find_seams
+from livecl.layering.segmentation.small import ALIKE_OF_NOISE, SAME_STEP, without_small
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Largest step between neighbouring pixels of one core, in a clean picture and in another, and what a mixture may miss
+#: a colour by: levels of 255.
+CLEAN_STEP, MIXTURE_MISS = 0.6 / 255, 10 / 255
+#: What a mixture may miss a colour by in addition, for each unit of noise.
+MISS_OF_NOISE = 6.0
+#: Largest difference of any channel of two regions of one colour: a constant, and for each unit of noise.
+SAME_COLOR, SAME_OF_NOISE = 1.5 / 255, 1.0
+#: Largest step that counts as a slope: shading, and the bands that 8 bits make of it.
+SLOPE_STEP = 6 / 255
+#: Share of neighbouring pixels that are equal in a clean picture.
+CLEAN_SHARE = 0.6
+#: Rounds in which unexplained pixels become cores.
+ROUNDS = 6
+#: Miss from which on a single pixel becomes a core, and pixels of the smallest region.
+SINGLE_MISS, SMALLEST, SMALLEST_NOISY = 0.15, 5, 12
+#: Nearest cores that are mixed, and what distance counts like a miss, per px.
+NEAR, DISTANCE_MISS = 4, 1 / 255
+#: Share of the pixels that no two colours explain, above which a picture is not flat: no seams are looked for.
+MOST_UNEXPLAINED = 0.05
+_SQUARE = np.ones((3, 3), bool)
+_OFFSETS = sorted(
+    ((y, x) for y in range(-2, 3) for x in range(-2, 3) if (y, x) != (0, 0)), key=lambda o: (o[0] ** 2 + o[1] ** 2, o)
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class FlatRegions:
+    """Connected regions of one colour each.
+
+    Attributes
+    ----------
+    labels : (H, W) int
+        Region of each pixel, 0 to K - 1: the one that most of it belongs to.
+    colors : (K, C) float
+        Colour of each.
+    sizes : (K,) int
+        Pixels of each.
+    cores : (K,) int
+        Core that each region came from.
+    other : (H, W) int
+        Core that the rest of each pixel belongs to.
+    share : (H, W) float
+        Share of each pixel that is its region's, from 0.5 to 1.
+    miss : (H, W) float
+        What is left of each pixel's colour unexplained, of any channel.
+    noise : float
+        Root mean square of the picture's noise, 0 for a clean one.
+    """
+
+    labels: IntArray
+    colors: FloatArray
+    sizes: IntArray
+    cores: IntArray
+    other: IntArray
+    share: FloatArray
+    miss: FloatArray
+    noise: float = dataclasses.field(default=0.0, kw_only=True)
+
+    @property
+    def numbers(self) -> int:
+        """Numbers that layers of these regions have, of four segments each."""
+        return LAYER_NUMBERS * len(self.sizes)
+
+    def cost(self, price: float) -> float:
+        """Return the squared error that the regions leave, of any channel, and the price of their numbers."""
+        return float(np.square(self.miss).sum()) + price * self.numbers
+
+    def near(self, color: FloatArray) -> NDArray[np.bool_]:
+        """Whether each region has a colour (C,), but for noise: (K,)."""
+        return np.asarray(np.abs(self.colors - color).max(axis=1) <= SAME_COLOR + SAME_OF_NOISE * self.noise)
+
+    def alike(self, a: int, b: int) -> bool:
+        """Whether two regions have one fill."""
+        if a not in self._alike:
+            self._alike[a] = self.near(self.colors[a])
+        return bool(self._alike[a][b])
+
+    @functools.cached_property
+    def _alike(self) -> dict[int, NDArray[np.bool_]]:
+        """What :meth:`near` returned for the colours of regions that were asked for."""
+        return {}
+
+    @functools.cached_property
+    def border_noise(self) -> float:
+        """Standard deviation of the borders, px: the noise over the contrast of two sides, its median."""
+        steps = [
+            (self.colors[a] - self.colors[b])[a != b]
+            for a, b in ((self.labels[1:], self.labels[:-1]), (self.labels[:, 1:], self.labels[:, :-1]))
+        ]
+        contrasts = np.abs(np.concatenate(steps)).max(axis=-1)
+        return (
+            float(self.noise / max(float(np.median(contrasts)), self.noise)) if self.noise and len(contrasts) else 0.0
+        )
+
+    def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
+        """Return by how much the squared error rises where one colour stands for some regions and others.
+
+        0 where all are alike.
+        """
+        if all(self.alike(a, b) for a in one for b in other):
+            return 0.0
+        return self.one_color(one | other)[1] - self.one_color(one)[1] - self.one_color(other)[1]
+
+    def one_color(self, ids: frozenset[int]) -> tuple[FloatArray, float]:
+        """Return the colour (C,) of one of some regions that stands for all with the least squared error, and that."""
+        own = sorted(ids)
+        away = np.square(self.colors[own][:, None] - self.colors[own][None]).sum(axis=-1)
+        errors = away @ self.sizes[own]
+        best = int(errors.argmin())
+        return self.colors[own[best]], float(errors[best])
+
+
+def flatness(image: NDArray[np.floating]) -> tuple[float, float, int]:
+    """Return the shares of pixels in flat cores and of small steps (slopes), and how many cores there are: quickly."""
+    pixels: FloatArray = np.asarray(image, dtype=np.float64)
+    steps = np.concatenate([np.abs(np.diff(pixels, axis=axis)).max(axis=-1).ravel() for axis in (0, 1)])
+    labels = _cores(pixels, _step(pixels))
+    slopes = float(np.mean((steps > CLEAN_STEP) & (steps <= SLOPE_STEP))) if len(steps) else 0.0
+    return float(np.mean(labels > 0)), slopes, int(labels.max())
+
+
+def _step(pixels: FloatArray) -> float:
+    """Return the largest step between neighbouring pixels of one core."""
+    steps = np.concatenate([np.abs(np.diff(pixels, axis=axis)).max(axis=-1).ravel() for axis in (0, 1)])
+    return CLEAN_STEP if len(steps) and np.mean(steps <= CLEAN_STEP) >= CLEAN_SHARE else SAME_STEP
+
+
+def flat_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions:
+    """Cut a picture (H, W, C) into flat regions with resolved borders."""
+    noisy = noisy_regions(image, miss)
+    return clean_regions(image, miss) if noisy is None else noisy
+
+
+def noisy_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions | None:
+    """Return the flat regions of a picture with noise; None where there is none, or it is not flat but for it."""
+    pixels: FloatArray = np.asarray(image, dtype=np.float64)
+    noise = noise_level(pixels)
+    cores = noisy_cores(pixels, noise) if noise else None
+    if cores is None:
+        return None
+    labels, colors, noise = cores
+    return _resolved(pixels, labels, colors, miss + MISS_OF_NOISE * noise, noise)
+
+
+def clean_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions:
+    """Return the flat regions of a picture that is taken to have no noise."""
+    pixels: FloatArray = np.asarray(image, dtype=np.float64)
+    labels = _cores(pixels, _step(pixels))
+    return _resolved(pixels, labels, means_of(labels, pixels), miss, 0.0)
+
+
+def _resolved(pixels: FloatArray, labels: IntArray, colors: FloatArray, miss: float, noise: float) -> FlatRegions:
+    """Return the regions of some cores, by labels (H, W) and colours (K + 1, C), and of what these do not explain."""
+    sure = len(colors)
+    for round_number in range(ROUNDS):
+        interruption.check()
+        mixture = explain(pixels, labels, colors)
+        if not noise:
+            mixture = with_seams(pixels, np.where(labels < sure, labels, 0), colors[:sure], mixture, miss)
+        if round_number == ROUNDS - 1 or not (mixture.miss > miss).any():
+            break
+        colors, added = add_cores(pixels, labels, colors, mixture, miss, noise)
+        if not added:
+            break
+    return regions_of(pixels, labels, colors, mixture, np.arange(len(colors)) < sure, miss, noise)
+
+
+@dataclasses.dataclass(frozen=True)
+class Mixture:
+    """Pixels outside cores: where (P,), the two cores, the share of the first, and the residual."""
+
+    rows: IntArray
+    columns: IntArray
+    first: IntArray
+    second: IntArray
+    share: FloatArray
+    miss: FloatArray
+
+
+def grid_components(right: NDArray[np.bool_], down: NDArray[np.bool_], *slanted: NDArray[np.bool_]) -> IntArray:
+    """Label the pixels connected by what holds between neighbours to the right, below, and slanted ones, if any."""
+    height, width = right.shape[0], down.shape[1]
+    n = np.arange(height * width).reshape(height, width)
+    starts, ends = [n[:, :-1][right], n[:-1][down]], [n[:, 1:][right], n[1:][down]]
+    if slanted:
+        starts += [n[:-1, :-1][slanted[0]], n[:-1, 1:][slanted[1]]]
+        ends += [n[1:, 1:][slanted[0]], n[1:, :-1][slanted[1]]]
+    a, b = np.concatenate(starts), np.concatenate(ends)
+    graph = sparse.coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(n.size, n.size))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64).reshape(height, width)
+
+
+def _cores(image: FloatArray, step: float) -> IntArray:
+    """Label the flat components that hold a block of 2 x 2 from 1 on; 0 elsewhere."""
+    labels = grid_components(
+        np.abs(np.diff(image, axis=1)).max(axis=-1) <= step, np.abs(np.diff(image, axis=0)).max(axis=-1) <= step
+    )
+    corner = labels[1:, 1:]
+    block = (corner == labels[:-1, :-1]) & (corner == labels[1:, :-1]) & (corner == labels[:-1, 1:])
+    has_block = np.zeros(labels.max() + 1, bool)
+    has_block[corner[block]] = True
+    return np.where(has_block, np.cumsum(has_block), 0)[labels]
+
+
+def means_of(labels: IntArray, image: FloatArray) -> FloatArray:
+    """Return the mean colour of each label: (K + 1, C)."""
+    count = np.bincount(labels.ravel())
+    sums = [np.bincount(labels.ravel(), weights=image[..., c].ravel()) for c in range(image.shape[2])]
+    return np.asarray(np.stack(sums, axis=1) / np.maximum(count, 1)[:, None])
+
+
+def explain(image: FloatArray, labels: IntArray, colors: FloatArray | None) -> Mixture:
+    """Explain each pixel outside the cores by the two cores near it that mix to its colour best.
+
+    Cores have colours (K + 1, C), or, without any, those of their pixels next to it.
+    """
+    rows, columns = np.nonzero(labels == 0)
+    padded = np.pad(labels, 2)
+    near, distance = np.zeros((len(rows), NEAR), np.int64), np.zeros((len(rows), NEAR))
+    seen = np.zeros((len(rows), NEAR, image.shape[2]))
+    count = np.zeros(len(rows), np.int64)
+    for dy, dx in _OFFSETS:
+        interruption.check()
+        core = padded[rows + 2 + dy, columns + 2 + dx]
+        new = np.flatnonzero((core > 0) & (count < NEAR) & ~(near == core[:, None]).any(axis=1))
+        near[new, count[new]], distance[new, count[new]] = core[new], np.hypot(dy, dx)
+        seen[new, count[new]] = image[rows[new] + dy, columns[new] + dx] if colors is None else colors[core[new]]
+        count[new] += 1
+    wanted = image[rows, columns]
+    first, second = np.zeros((2, len(rows)), np.int64)
+    share, miss, best = np.ones(len(rows)), np.full(len(rows), np.inf), np.full(len(rows), np.inf)
+    for i in range(NEAR):
+        for j in range(i, NEAR):
+            interruption.check()
+            here = np.flatnonzero((near[:, i] > 0) & (near[:, j] > 0))
+            if not len(here):
+                continue
+            a, b = seen[here, i], seen[here, j]
+            difference = a - b
+            square = np.square(difference).sum(axis=1)
+            part = ((wanted[here] - b) * difference).sum(axis=1) / np.maximum(square, 1e-12)
+            part = np.where(square > 0, np.clip(part, 0, 1), 1.0)
+            left = np.abs(wanted[here] - b - part[:, None] * difference).max(axis=1)
+            score = left + DISTANCE_MISS * (distance[here, i] + distance[here, j])
+            better = score < best[here]
+            at = here[better]
+            first[at], second[at], share[at] = near[at, i], near[at, j], part[better]
+            best[at], miss[at] = score[better], left[better]
+    return Mixture(rows, columns, first, second, share, miss)
+
+
+def with_seams(image: FloatArray, labels: IntArray, colors: FloatArray, mixture: Mixture, miss: float) -> Mixture:
+    """Return mixtures, and seams where no two colours mix to a pixel's."""
+    missed = np.flatnonzero(mixture.miss > miss)
+    if len(missed) > MOST_UNEXPLAINED * labels.size:
+        return mixture
+    seams = find_seams(image, labels, colors, mixture.rows[missed], mixture.columns[missed], miss)
+    changed = {name: getattr(mixture, name).copy() for name in ("first", "second", "share", "miss")}
+    for name, values in changed.items():
+        values[missed[seams.found]] = getattr(seams, name)[seams.found]
+    return dataclasses.replace(mixture, **changed)
+
+
+def add_cores(
+    image: FloatArray, labels: IntArray, colors: FloatArray, mixture: Mixture, miss: float, noise: float = 0.0
+) -> tuple[FloatArray, int]:
+    """Make cores of the worst explained pixel of each patch, and of those like it around; `labels` is changed."""
+    missed = np.zeros(labels.shape)
+    missed[mixture.rows, mixture.columns] = np.minimum(mixture.miss, 9)
+    patches, count = ndimage.label(missed > miss, _SQUARE)
+    boxes = ndimage.find_objects(patches)
+    new_colors: list[FloatArray] = []
+    for patch, worst in enumerate(ndimage.maximum_position(missed, patches, np.arange(1, count + 1)), start=1):
+        box = boxes[patch - 1]
+        inside = patches[box] == patch
+        if inside.sum() < (SMALLEST_NOISY if noise else 2) and (noise or missed[worst] < SINGLE_MISS):
+            continue
+        alike = inside & (np.abs(image[box] - image[worst]).max(axis=-1) <= 4 * SAME_STEP + ALIKE_OF_NOISE * noise)
+        parts, _ = ndimage.label(alike, _SQUARE)
+        alike = parts == parts[worst[0] - box[0].start, worst[1] - box[1].start]
+        labels[box][alike] = len(colors) + len(new_colors)
+        new_colors.append(image[box][alike].mean(axis=0))
+    return np.concatenate([colors, np.reshape(new_colors, (-1, colors.shape[1]))]), len(new_colors)
+
+
+def regions_of(
+    image: FloatArray,
+    labels: IntArray,
+    colors: FloatArray,
+    mixture: Mixture,
+    sure: NDArray[np.bool_] | None = None,
+    miss_of_blends: float = 0.0,
+    noise: float = 0.0,
+) -> FlatRegions:
+    """Give mixed pixels to the core that most of them belongs to, and number the connected regions.
+
+    Cores that are not `sure` may be blends of their neighbours; None says that all are.
+    """
+    size = image.shape[:2]
+    miss = np.where(labels > 0, np.abs(image - colors[labels]).max(axis=-1), 0.0)
+    labels, other, share = labels.copy(), labels.copy(), np.ones(size)
+    known = mixture.first > 0
+    at = mixture.rows[known], mixture.columns[known]
+    first = mixture.share[known] >= 0.5
+    labels[at] = np.where(first, mixture.first[known], mixture.second[known])
+    other[at] = np.where(first, mixture.second[known], mixture.first[known])
+    share[at] = np.maximum(mixture.share[known], 1 - mixture.share[known])
+    miss[at] = mixture.miss[known]
+    if (labels == 0).any():
+        nearest = ndimage.distance_transform_edt(labels == 0, return_distances=False, return_indices=True)
+        miss[labels == 0] = 1.0
+        labels = labels[tuple(nearest)]
+        other = np.where(other == 0, labels, other)
+    parts = grid_components(
+        labels[:, 1:] == labels[:, :-1],
+        labels[1:] == labels[:-1],
+        labels[1:, 1:] == labels[:-1, :-1],
+        labels[1:, :-1] == labels[:-1, 1:],
+    )
+    cores = np.zeros(parts.max() + 1, np.int64)
+    cores[parts.ravel()] = labels.ravel()
+    certain = np.ones(len(cores), bool) if sure is None else sure[cores]
+    smallest = SMALLEST_NOISY if noise else SMALLEST
+    parts = without_small(parts, colors[cores], smallest, miss_of_blends, certain, noise)
+    kept, parts = np.unique(parts, return_inverse=True)
+    parts = parts.reshape(size)
+    found = colors[cores[kept]], np.bincount(parts.ravel()), cores[kept]
+    return FlatRegions(parts, *found, other, share, miss, noise=noise)

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Regions of smoothly changing colour: a picture cut where colour jumps, not where it drifts, and the fill of each.
+
+Neighbouring pixels belong together where the second differences of colour are as small as rounding makes them: they
+are 0 on a ramp, and large on an antialiased edge. Where an edge fades out, two regions of different fills hang
+together: a region that no fill explains is cut along the pixels which its best fill misses.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from livecl import interruption
+from livecl.drawing.colors import premultiplied_colors
+from livecl.layering.drift import Changes
+from livecl.layering.fills.ramps import COLOR_NUMBERS, Paint
+from livecl.layering.segmentation.cores import (
+    CUT_PIXELS,
+    absorbed_cores,
+    cut_cores,
+    fitted_paint,
+    pixel_centers,
+    smooth_cores,
+    straight,
+)
+from livecl.layering.segmentation.flat import (
+    MIXTURE_MISS,
+    ROUNDS,
+    FlatRegions,
+    Mixture,
+    add_cores,
+    explain,
+    means_of,
+    regions_of,
+)
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+#: Mean squared error of a channel that may come of one fill for two regions, and that of a linear one beyond which no
+#: other is looked for.
+ONE_FILL, ROUGHLY = (1.5 / 255) ** 2, (12 / 255) ** 2
+
+
+@dataclasses.dataclass(frozen=True)
+class SmoothRegions(FlatRegions):
+    """Connected regions of one fill each; `colors` are those of the best single colours.
+
+    Attributes
+    ----------
+    image : (H, W, C) float
+        The picture: RGB, or premultiplied RGBA.
+    price : float
+        Of a number that describes a fill, squared error.
+    kinds : tuple of str
+        Fills that regions may have.
+    inner : (H, W) bool
+        Pixels that are their region's alone.
+    """
+
+    image: FloatArray
+    price: float
+    kinds: tuple[str, ...]
+    inner: BoolArray
+
+    @functools.cached_property
+    def _paints(self) -> dict[frozenset[int], Paint]:
+        return {}
+
+    @functools.cached_property
+    def _changes(self) -> Changes:
+        return Changes.of(self.image)
+
+    @functools.cached_property
+    def _boxes(self) -> list[tuple[slice, slice]]:
+        return list(ndimage.find_objects(self.labels + 1))
+
+    @property
+    def numbers(self) -> int:
+        """Numbers that layers of these regions have, of four segments each, those of their fills included."""
+        fills = sum(self.paint(frozenset((k,))).numbers for k in range(len(self.sizes)))
+        return super().numbers + fills - COLOR_NUMBERS * len(self.sizes)
+
+    @property
+    def shaded(self) -> bool:
+        """Whether any region has a gradient; flat ones have none together either."""
+        return any(not self.paint(frozenset((k,))).solid for k in range(len(self.sizes)))
+
+    def paint(self, ids: frozenset[int]) -> Paint:
+        """Return the fill that some regions have together."""
+        if ids not in self._paints:
+            interruption.check()
+            own = self.pixels_of(ids)
+            kinds = self.kinds if self._changes.drift(own) else ()
+            self._paints[ids] = fitted_paint(self.image, own, self.price, kinds)
+        return self._paints[ids]
+
+    def shown(self, ids: frozenset[int], mask: BoolArray) -> FloatArray:
+        """Return what the fill of some regions shows at pixels (H, W), as pixels of the picture: (n, C)."""
+        return premultiplied_colors(self.paint(ids).at(pixel_centers(mask)))[:, : self.image.shape[2]]
+
+    def pixels_of(self, ids: frozenset[int]) -> BoolArray:
+        """Return the pixels (H, W) that are some regions' alone; all of theirs where these are few."""
+        found = np.zeros(self.labels.shape, bool)
+        for k in ids:
+            box = self._boxes[k]
+            own = self.labels[box] == k
+            alone = own & self.inner[box]
+            found[box] |= alone if alone.sum() > 3 else own
+        return found
+
+    def error(self, ids: frozenset[int]) -> float:
+        """Return the squared error that the fill of some regions leaves, and its price."""
+        paint = self.paint(ids)
+        return paint.error + self.price * paint.numbers
+
+    @functools.cached_property
+    def _moments(self) -> dict[frozenset[int], FloatArray]:
+        return {}
+
+    def _affine(self, ids: frozenset[int]) -> FloatArray:
+        """Return the weighted sums of the products of (1, x, y, straight RGBA) over some regions' pixels: (7, 7)."""
+        if ids not in self._moments:
+            mask = self.pixels_of(ids)
+            colors = straight(self.image[mask])
+            terms = np.column_stack([np.ones(len(colors)), pixel_centers(mask), colors])
+            self._moments[ids] = (terms * np.maximum(colors[:, 3:] ** 2, 1e-3)).T @ terms
+        return self._moments[ids]
+
+    def _missed(self, paint: Paint, mask: BoolArray) -> float:
+        """Return the squared error of a fill at pixels (H, W)."""
+        colors = straight(self.image[mask])
+        weights = np.maximum(colors[:, 3] ** 2, 1e-3)
+        return float(weights @ np.square(paint.at(pixel_centers(mask)) - colors).sum(axis=1))
+
+    def alike(self, a: int, b: int) -> bool:
+        """Whether two regions have one fill: a fill fitted to both costs less than two, or hardly misses any pixel."""
+        own = [frozenset((k,)) for k in (a, b)]
+        if all(self.paint(k).solid for k in own):
+            return super().alike(a, b)
+        return self.rise(*own) <= 0
+
+    def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
+        """Return by how much error and price of one fill for some regions and others exceed those of two fills."""
+        solid = [ids for ids in (one, other) if self.paint(ids).solid]
+        if len(solid) == 2:  # no ramp leads from one flat colour to another
+            return 0.0 if super().rise(one, other) == 0 else np.inf
+        moments = self._affine(one), self._affine(other)
+        count = float(moments[0][0, 0] + moments[1][0, 0])
+        apart = self.error(one) + self.error(other) + 3 * ONE_FILL * count
+        if solid and (mask := self.pixels_of(solid[0])).sum() >= CUT_PIXELS:  # nor from a gradient to a flat colour
+            ramp = self.paint(other if solid[0] is one else one)
+            return ramp.error + self.price * ramp.numbers + self._missed(ramp, mask) - apart
+        # Affine ramps are quickly fitted. Where one for both is as good as two fills, no other is looked for; where it
+        # is much worse than one for each, bent and round ones for both are no better.
+        affine = _affine_error(moments[0] + moments[1])
+        if affine <= apart:
+            return affine - apart
+        if affine - sum(map(_affine_error, moments)) > 3 * ROUGHLY * count:
+            return np.inf
+        return self.error(one | other) - apart
+
+
+def smoothness(image: NDArray[np.floating]) -> float:
+    """Return the share of the pixels of a picture (H, W, C) in smooth cores: quickly."""
+    return float(np.mean(smooth_cores(np.asarray(image, dtype=np.float64)) > 0))
+
+
+def unmixed(image: NDArray[np.floating], miss: float) -> float:
+    """Return the share of the pixels of a picture (H, W, C) that lie in no smooth core and mix no colours beside them.
+
+    They miss such mixtures by more than `miss`. Far quicker than cutting the cores, which makes them hardly fewer.
+    """
+    pixels: FloatArray = np.asarray(image, dtype=np.float64)
+    labels = smooth_cores(pixels)
+    mixture = _mixed(pixels, labels)
+    return float(np.count_nonzero(mixture.miss > miss) / labels.size)
+
+
+def _mixed(image: FloatArray, labels: IntArray) -> Mixture:
+    """Add the flat cores that the pixels between cores (H, W) ask for; return the mixtures that show the others."""
+    for round_number in range(ROUNDS):
+        interruption.check()
+        mixture = explain(image, labels, None)
+        if round_number == ROUNDS - 1 or not (mixture.miss > MIXTURE_MISS).any():
+            break
+        if not add_cores(image, labels, means_of(labels, image), mixture, MIXTURE_MISS)[1]:
+            break
+    return mixture
+
+
+def smooth_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, ...]) -> SmoothRegions:
+    """Cut a picture (H, W, C) into regions of one fill each with resolved borders."""
+    pixels: FloatArray = np.asarray(image, dtype=np.float64)
+    labels, overlaid = cut_cores(pixels, smooth_cores(pixels), price, kinds)
+    _mixed(pixels, labels)
+    labels, overlaid = absorbed_cores(pixels, labels, price, kinds, overlaid)
+    mixture = explain(pixels, labels, None)
+    inner = labels > 0
+    flat = regions_of(pixels, labels, means_of(labels, pixels), mixture)
+    found = SmoothRegions(**vars(flat), image=pixels, price=price, kinds=kinds, inner=inner)
+    for k, core in enumerate(flat.cores.tolist()):
+        if core in overlaid:
+            found._paints[frozenset((k,))] = overlaid[core]
+    miss = np.where(inner, 0.0, flat.miss)
+    for k in range(len(flat.sizes)):
+        interruption.check()
+        own = found.pixels_of(frozenset((k,)))
+        miss[own] = np.abs(found.shown(frozenset((k,)), own) - pixels[own]).max(axis=1)
+    whole = dataclasses.replace(found, miss=miss)
+    whole._paints.update(found._paints)
+    return whole
+
+
+def _affine_error(moments: FloatArray) -> float:
+    """Return the squared error of the best affine ramp, from sums of products of (1, x, y, straight RGBA)."""
+    matrix = moments[:3, :3] + 1e-6 * np.eye(3)
+    return float(np.trace(moments[3:, 3:] - moments[3:, :3] @ np.linalg.solve(matrix, moments[:3, 3:])))

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Find strokes: lines of ink on paper as layers with a centre line, a width, caps and joins."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livecl import interruption
+from livecl.drawing.assembly import concatenate, empty_drawing
+from livecl.drawing.drawing import Drawing
+from livecl.drawing.strokes import Strokes
+from livecl.geometry.strokes import BUTT, MITER, ROUND
+from livecl.layering.context import Context
+from livecl.layering.strokes.bridges import bridged
+from livecl.layering.strokes.ends import lengthened
+from livecl.layering.strokes.inks import INKS, inks_of, paper_of, without_shading
+from livecl.layering.strokes.lines import RULES, Line, StrokeRules, find_traces, fitted_line
+
+FloatArray = NDArray[np.float64]
+
+#: Share of a pixel from which on ink counts where strokes are judged.
+FAINT = 0.1
+
+
+def find_strokes(context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES) -> Drawing:
+    """Return the strokes of a picture of line art, a layer for each ink and width that meet; none of other pictures."""
+    found, explained = strokes_of_inks(context, background, rules)
+    wanted = 0.0 if context.options.strokes == "only" else rules.explained
+    return found if explained >= wanted else empty_drawing(found.size, background)
+
+
+def strokes_of_inks(
+    context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES
+) -> tuple[Drawing, float]:
+    """Return the strokes of a picture, bottom first, and the share of what is ink or drawn that is both."""
+    target = np.asarray(context.target, dtype=np.float64)
+    size = (target.shape[0], target.shape[1])
+    nothing = empty_drawing(size, background)
+    paper = paper_of(target)
+    ground = np.zeros(target.shape[2]) if background is None else np.asarray(background, dtype=np.float64)
+    if np.abs(paper - ground).max() > INKS.contrast:  # the paper would need a layer of its own
+        return nothing, 0.0
+    inks = inks_of(without_shading(target, paper), paper)
+    all_lines = []
+    covered = np.max([np.zeros(size), *(ink.coverage for ink in inks)], axis=0)
+    for ink in inks:
+        interruption.check()
+        traces, spots = find_traces(ink.coverage, rules)
+        if len(inks) > 1:
+            traces = bridged(traces, covered, rules)
+        all_lines.append([fitted_line(trace, ink.coverage, rules) for trace in traces] + spots)
+    most_wide = most_dot = np.inf
+    if context.options.strokes != "only":
+        most_wide = rules.widest * min(size)
+        widths = [line.width for lines in all_lines for line in lines if not line.is_spot and line.width <= most_wide]
+        most_dot = rules.dot * max(widths, default=0.0)
+    layers, right, either = [], 0.0, 0.0
+    for ink, some in zip(inks, all_lines, strict=True):
+        lines = [line for line in some if line.width <= (most_dot if line.is_spot else most_wide)]
+        drawn = np.zeros(size)
+        for group in _groups(lines, rules):
+            strength = float(
+                np.average([line.strength for line in group], weights=[line.length + line.width for line in group])
+            )
+            color = _straight_rgba(paper + strength * (ink.color - paper))
+            layer, cover = best_pen(context, group, color, ink.coverage / strength, nothing)
+            layers.append(layer)
+            drawn = np.maximum(drawn, strength * cover)
+        right += float(np.minimum(drawn, ink.coverage)[ink.coverage > FAINT].sum())
+        either += float(np.maximum(drawn, ink.coverage)[(ink.coverage > FAINT) | (drawn > FAINT)].sum())
+    if not layers:
+        return nothing, 0.0
+    found = functools.reduce(concatenate, layers)
+    order = _paint_order(context.rasterizer.coverages(found), found.colors, target)
+    return found.layer_subset(order), right / max(either, 1e-9)
+
+
+def _straight_rgba(color: FloatArray) -> FloatArray:
+    """Return straight RGBA of a pixel's colour, RGB or premultiplied RGBA."""
+    if len(color) == 3:
+        return np.append(np.clip(color, 0, 1), 1.0)
+    return np.clip(np.append(color[:3] / max(float(color[3]), 1e-6), color[3]), 0, 1)
+
+
+def _paint_order(coverages: NDArray[Any], colors: FloatArray, target: FloatArray) -> list[int]:
+    """Return layers, bottom first, so that where two overlap the upper one is what is seen.
+
+    The evidence for one above another is how much nearer the pixels that both cover are to its colour. The next layer
+    is always the one with the least evidence against it.
+    """
+    count = len(coverages)
+    errors = [np.square(target[..., :3] - color[:3]).sum(axis=2) for color in colors]
+    above = np.zeros((count, count))
+    for i, j in itertools.combinations(range(count), 2):
+        shared = np.minimum(coverages[i], coverages[j])
+        evidence = float((shared * (errors[j] - errors[i])).sum())
+        above[i, j], above[j, i] = max(evidence, 0.0), max(-evidence, 0.0)
+    order: list[int] = []
+    while len(order) < count:
+        left = [index for index in range(count) if index not in order]
+        order.append(min(left, key=lambda index: above[index, left].sum()))
+    return order
+
+
+def _groups(lines: list[Line], rules: StrokeRules) -> list[list[Line]]:
+    """Return lines of one width and strength together, the widest first.
+
+    Long lines, whose width is known well, are of one width if it differs by less than `one_width`; short ones join the
+    nearest within `same_width`.
+    """
+    groups: list[list[Line]] = []
+    for line in sorted(lines, key=lambda line: -line.length / max(line.width, 1e-6)):
+        slack = rules.one_width if line.length > rules.long * line.width else rules.same_width
+        ratios = [abs(np.log(group[0].width / line.width)) for group in groups]
+        shades = [abs(np.log(group[0].strength / line.strength)) for group in groups]
+        near = [
+            (ratio, index)
+            for index, (ratio, shade) in enumerate(zip(ratios, shades, strict=True))
+            if ratio <= np.log(slack) and (shade <= np.log(rules.same_shade) or line.is_spot)
+        ]
+        if near:
+            groups[min(near)[1]].append(line)
+        else:
+            groups.append([line])
+    return sorted(groups, key=lambda group: -group[0].width)
+
+
+def best_pen(
+    context: Context, lines: list[Line], color: FloatArray, coverage: FloatArray, canvas: Drawing
+) -> tuple[Drawing, FloatArray]:
+    """Return lines as a layer, with the caps and joins that cover the ink best, and what they cover (H, W)."""
+    width = float(np.average([line.width for line in lines], weights=[line.length + line.width for line in lines]))
+    plain, is_open = [line.points for line in lines], np.array([not line.closed for line in lines])
+    options = []
+    for cap, join in ((ROUND, ROUND), (BUTT, MITER), (ROUND, MITER)):
+        rows = lengthened(plain, is_open, width, width / 2) if cap == BUTT else plain
+        layer = Drawing.from_outlines(
+            [rows],
+            color,
+            canvas.size,
+            canvas.background,
+            strokes=Strokes(widths=[width], caps=cap, joins=join, is_open=is_open),
+        )
+        cover = context.rasterizer.coverages(layer)[0].astype(np.float64)
+        options.append((float(np.square(cover - coverage).sum()), layer, cover))
+    _, layer, cover = min(options, key=lambda option: option[0])
+    return layer, cover

@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Line work: which strokes of a flat picture are cheaper than the shapes that they stand for.
+
+A structure explains a flat picture by shapes. A stroke explains some of it again: shapes of which nothing else is seen
+are needless beside it. Strokes are taken where the numbers that this saves are worth the error that they add, at the
+price that all numbers have (`SEGMENT_ERROR`, of six).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from livecl import interruption
+from livecl.drawing.assembly import concatenate
+from livecl.drawing.drawing import Drawing
+from livecl.drawing.fills import concatenate_fills
+from livecl.image.errors import visible_error
+from livecl.layering.componentwise.candidates import SEGMENT_ERROR, paint_of
+from livecl.layering.context import Context
+from livecl.layering.contributions import layer_alphas
+from livecl.layering.fills.choice import shading_of
+from livecl.layering.strokes.finding import strokes_of_inks
+from livecl.layering.strokes.thinning import COLOR_NUMBERS, LEFT, numbers_of_all
+from livecl.layering.structure.finding import structure_of
+from livecl.layering.structure.placing import Beside, fitted_layer, outline_noise
+from livecl.layering.structure.ranking import INSIDE, Structure, painted
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+#: Shares of the error that strokes add at first which training leaves, and of their numbers that redrawing leaves, at
+#: least: strokes that cost more even so are not trained.
+HOPE, REDRAWN = 0.02, 0.5
+#: Numbers of a border around a fill, which shares the fill's outline: width and colour.
+BORDER_NUMBERS = 1 + COLOR_NUMBERS
+
+
+class Explanation(NamedTuple):
+    """Numbers and squared error of a drawing of a picture."""
+
+    numbers: float
+    error: float
+
+    @property
+    def price(self) -> float:
+        """Its price, as squared error."""
+        return self.numbers * SEGMENT_ERROR / 6 + self.error
+
+
+def _explanation(context: Context, drawing: Drawing, around: float = 0.0) -> Explanation:
+    pixels = 3 * drawing.size[0] * drawing.size[1]
+    return Explanation(numbers_of_all(drawing) + around, pixels * context.visible_mse(drawing))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class LineWork:
+    """Strokes of a picture, and what they leave of its structure.
+
+    Attributes
+    ----------
+    found : Structure
+        The structure.
+    strokes : Drawing
+        The strokes, bottom first.
+    kept : (N,) bool
+        Layers of the structure that are needed beside them.
+    plain : Explanation
+        The picture explained by the structure alone.
+    around : float
+        Numbers that borders would save of the layers left out.
+    """
+
+    found: Structure
+    strokes: Drawing
+    kept: BoolArray
+    plain: Explanation
+    around: float = 0.0
+
+    def beside(self, context: Context, drawing: Drawing) -> Beside:
+        """Return where the strokes of a drawing, trained or drawn anew, lie in the structure."""
+        strokes = drawing.layer_subset(drawing.strokes.stroked_layers)
+        return Beside(self.kept, _depths(context, self.found, self.kept, strokes))
+
+    def worthwhile(self, context: Context, drawing: Drawing) -> bool:
+        """Whether a trained drawing with the strokes is no dearer than the structure alone, which is not trained."""
+        return _explanation(context, drawing, self.around).price <= self.plain.price
+
+
+def line_work(context: Context, background: NDArray[Any] | None, total: int) -> LineWork:
+    """Return the strokes that explain a flat picture more cheaply than layers of its structure, `total` at most.
+
+    All strokes are tried, and none; from the cheaper, each is taken in or left out where that lowers the price. Pixel
+    art has none: its outlines are exact.
+    """
+    options = context.options
+    asked = 0 if options.path_gain else total
+    found = structure_of(context.target, background, total, shading_of(options), asked)
+    strokes = _without_dots(strokes_of_inks(context, background)[0])
+    worthwhile = np.isin(np.arange(len(found.layers)), found.ranked)
+    if found.exact or not strokes.num_layers:
+        return LineWork(found, strokes.layer_subset(np.zeros(0, np.int64)), worthwhile, Explanation(0, 0))
+    return _Choice(context, found, strokes, worthwhile).best()
+
+
+def _without_dots(strokes: Drawing) -> Drawing:
+    """Return strokes without the pens that draw dots alone, no longer than wide: these are discs."""
+    sizes = [float(np.ptp(strokes.points[rows], axis=(0, 1)).max()) for rows in strokes.subpaths()]
+    longest = np.maximum.reduceat(sizes, strokes.layer_offsets[:-1]) if sizes else np.zeros(0)
+    return strokes.layer_subset(np.flatnonzero(longest > strokes.strokes.widths))
+
+
+def _depths(context: Context, found: Structure, kept: BoolArray, strokes: Drawing) -> IntArray:
+    """Return how many layers of a structure lie below each of some strokes (K,), where some layers, (N,), are kept.
+
+    A stroke shows where the layer on top lies below it. Its depth is that at which it removes most error: the highest
+    one from which no other differs by more than a segment is worth.
+    """
+    top, target = _top(found, kept), np.asarray(context.target, dtype=np.float64)
+    shown = painted(found.regions, found.layers, found.ground, top)
+    error = np.square(visible_error(target - shown)).sum(axis=-1)
+    depths = []
+    for alpha, color in zip(layer_alphas(strokes, context.rasterizer), strokes.colors, strict=True):
+        paint = np.append(color[:3], 1.0)[: target.shape[2]]
+        drawn = shown + alpha[..., None] * (paint - shown)
+        removed = error - np.square(visible_error(target - drawn)).sum(axis=-1)
+        gains = np.cumsum(np.bincount(top.ravel(), removed.ravel(), len(found.layers) + 1))
+        depths.append(int(np.flatnonzero(gains >= gains.max() - SEGMENT_ERROR)[-1]))
+    return np.array(depths, dtype=np.int64)
+
+
+def _top(found: Structure, kept: BoolArray) -> IntArray:
+    """Return the number of the layer that shows at each pixel, 1 for the lowest, (H, W), of those that are kept."""
+    top = np.zeros(found.top.shape, np.int64)
+    for layer in np.flatnonzero(kept).tolist():
+        if not found.layers[layer].over:
+            top[found.masks[layer]] = layer + 1
+    return top
+
+
+class _Choice:
+    """Explanations of a picture by its structure (N layers) and some of its strokes (K layers)."""
+
+    def __init__(self, context: Context, found: Structure, strokes: Drawing, worthwhile: BoolArray) -> None:
+        self._context, self._found, self._strokes, self._worthwhile = context, found, strokes, worthwhile
+        self._alphas = layer_alphas(strokes, context.rasterizer)
+        noise, layers = outline_noise(found), np.flatnonzero(worthwhile).tolist()
+        self._fills = Drawing.from_outlines(
+            [fitted_layer(found.layers[k], *noise) for k in layers],
+            np.array([paint_of(found.layers[k].color) for k in layers]).reshape(-1, 4),
+            strokes.size,
+            strokes.background,
+            fills=concatenate_fills([found.fills_of(k) for k in layers]),
+        )
+        self._numbers = np.zeros(len(found.layers))
+        for place, k in enumerate(layers):
+            self._numbers[k] = numbers_of_all(self._fills.layer_subset([place]))
+        labels = found.regions.labels
+        self._inner = ndimage.minimum_filter(labels, 3) == ndimage.maximum_filter(labels, 3)
+
+    def best(self) -> LineWork:
+        """Return the cheapest choice found."""
+        count = self._strokes.num_layers
+        nothing = np.zeros(count, bool)
+        plain = self._explained(nothing, self._needed(nothing))
+        taken, least = nothing, plain.price
+        for changes in [~nothing, *(np.eye(count, dtype=bool) if count > 1 else ())]:
+            interruption.check()
+            hoped = self._hoped(taken ^ changes, plain)
+            if hoped < least:
+                taken, least = taken ^ changes, hoped
+        kept = self._needed(taken)
+        strokes = self._strokes.layer_subset(np.flatnonzero(taken))
+        return LineWork(self._found, strokes, kept, plain, self._saved_around(kept))
+
+    def _hoped(self, taken: BoolArray, plain: Explanation) -> float:
+        """Return the least price that some strokes, (K,) bool, may come to when they are trained and redrawn."""
+        found = self._explained(taken, self._needed(taken))
+        strokes = numbers_of_all(self._strokes.layer_subset(np.flatnonzero(taken)))
+        rise = max(found.error - plain.error, 0.0)
+        return found.price - (1 - HOPE) * rise - (1 - REDRAWN) * strokes * SEGMENT_ERROR / 6
+
+    def _needed(self, taken: BoolArray) -> BoolArray:
+        """Return the layers of the structure, (N,) bool, that are needed beside some strokes, (K,) bool."""
+        kept = self._worthwhile.copy()
+        if taken.any():
+            strokes = self._strokes.layer_subset(np.flatnonzero(taken))
+            self._leave_out(kept, self._alphas[taken], _depths(self._context, self._found, kept, strokes))
+        return kept
+
+    def _explained(self, taken: BoolArray, kept: BoolArray) -> Explanation:
+        """Return the explanation by some strokes, (K,) bool, and layers of the structure, (N,) bool."""
+        fills = self._fills.layer_subset(np.flatnonzero(kept[self._worthwhile]))
+        strokes = self._strokes.layer_subset(np.flatnonzero(taken))
+        depths = _depths(self._context, self._found, kept, strokes)
+        order = np.argsort(np.concatenate([np.flatnonzero(kept) + 0.5, depths]), kind="stable")
+        drawing = concatenate(fills, strokes).layer_subset(order)
+        return _explanation(self._context, drawing, self._saved_around(kept))
+
+    def _saved_around(self, kept: BoolArray) -> float:
+        """Return the numbers that borders would save of the layers left out that lie around one that is kept."""
+        return sum(float(self._numbers[layer]) - BORDER_NUMBERS for layer in self._around(kept))
+
+    def _around(self, kept: BoolArray) -> list[int]:
+        """Return the layers left out that lie around one that is kept, as its border."""
+        masks = self._found.masks
+        return [
+            layer
+            for layer in np.flatnonzero(self._worthwhile & ~kept).tolist()
+            if any(
+                np.count_nonzero(masks[layer] & masks[k]) > INSIDE * np.count_nonzero(masks[k])
+                for k in np.flatnonzero(kept[layer + 1 :]) + layer + 1
+            )
+        ]
+
+    def _leave_out(self, kept: BoolArray, alphas: NDArray[np.floating], depths: IntArray) -> None:
+        """Leave out those layers, of (N,) bool, of which less is seen beside strokes than their numbers are worth.
+
+        Borders between regions do not count, as they are known to a pixel only. Layers of which nothing is seen but for
+        others that are left out are left out, too.
+        """
+        changed = True
+        while changed:
+            changed = False
+            for layer in np.flatnonzero(kept).tolist():
+                interruption.check()
+                if LEFT * self._lost(layer, kept, alphas, depths) < self._numbers[layer] * SEGMENT_ERROR / 6:
+                    kept[layer], changed = False, True
+
+    def _lost(self, layer: int, kept: BoolArray, alphas: NDArray[np.floating], depths: IntArray) -> float:
+        """Return the squared change of what is seen beside strokes if a layer is left out."""
+        found, less = self._found, kept.copy()
+        less[layer] = False
+        before, after = _top(found, kept), _top(found, less)
+        seen = (before != after) & self._inner
+        bare = np.ones(np.count_nonzero(seen))
+        for alpha, depth in zip(alphas, depths, strict=True):
+            bare *= 1 - alpha[seen] * (depth > layer)
+        own, below = (painted(found.regions, found.layers, found.ground, top)[seen] for top in (before, after))
+        return float(np.square(visible_error(bare[:, None] * (own - below))).sum())
