@@ -15,7 +15,7 @@ from livecl.drawing.colors import premultiplied_colors
 from livecl.layering.drift import Changes
 from livecl.layering.fills.overlays import fit_overlaid
 from livecl.layering.fills.ramps import COLOR_NUMBERS, LAYER_NUMBERS, Paint, fit_paint
-from livecl.layering.segmentation.flat import grid_components
+from livecl.layering.segmentation.labels import grid_components
 from livecl.layering.segmentation.small import SAME_STEP
 
 FloatArray = NDArray[np.float64]

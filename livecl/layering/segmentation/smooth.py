@@ -28,16 +28,9 @@ from livecl.layering.segmentation.cores import (
     smooth_cores,
     straight,
 )
-from livecl.layering.segmentation.flat import (
-    MIXTURE_MISS,
-    ROUNDS,
-    FlatRegions,
-    Mixture,
-    add_cores,
-    explain,
-    means_of,
-    regions_of,
-)
+from livecl.layering.segmentation.flat import MIXTURE_MISS, ROUNDS, FlatRegions, add_cores, regions_of
+from livecl.layering.segmentation.labels import means_of
+from livecl.layering.segmentation.mixtures import Mixture, explain
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -14,7 +14,7 @@ from support.placing import Placer
 
 from livecl import Options
 from livecl.geometry.outlines import circle
-from livecl.layering import candidates
+from livecl.layering.componentwise import candidates
 from livecl.layering.componentwise.candidates import SEARCH, Candidate
 from livecl.layering.componentwise.painting import Painting, Trial
 from livecl.layering.context import Context

@@ -16,9 +16,9 @@ from livecl import Drawing, Options
 from livecl.drawing.assembly import concatenate
 from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.image.errors import visible_mse
-from livecl.layering import merging
 from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas
+from livecl.layering.revision import merging
 from livecl.layering.revision.merging import Merged, _best, merge_neighbors
 from livecl.rendering.rasterizer import Rasterizer
 

@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Labels by known values: components of a relation between neighbours, means."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from livecl.layering.segmentation.labels import grid_components, means_of
+
+
+def test_means_of_labels() -> None:
+    labels = np.array([[0, 1, 1], [3, 3, 1]])
+    image = np.arange(6.0).reshape(2, 3, 1)
+    np.testing.assert_allclose(means_of(labels, image), [[0], [8 / 3], [0], [3.5]])
+
+
+def test_components_are_joined_by_what_holds_between_neighbours() -> None:
+    right, down = np.array([[True, False], [False, True]]), np.array([[False, False, True]])
+    labels = grid_components(right, down)
+    assert labels[0, 0] == labels[0, 1] and labels[1, 1] == labels[1, 2] == labels[0, 2]
+    assert len(np.unique(labels)) == 3
+    slanted = np.array([[True, False]]), np.zeros((1, 2), bool)  # down to the right, down to the left
+    joined = grid_components(np.zeros((2, 2), bool), np.zeros((1, 3), bool), *slanted)
+    assert joined[0, 0] == joined[1, 1] and len(np.unique(joined)) == 5
