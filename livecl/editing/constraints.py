@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
+from livecl.geometry.bezier import cross
 from livecl.svg.primitives import Primitive
 from livecl.svg.shapes import ellipse_outline, rectangle_outline
 from livecl.svg.writer import primitives
@@ -86,7 +87,7 @@ class Joins:
         self._before[following] = np.arange(len(points))
         into, out = self._steps(points)
         both = np.stack([np.hypot(*into.T), np.hypot(*out.T)])
-        sine = np.abs(into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0]) / np.maximum(both.prod(axis=0), 1e-12)
+        sine = np.abs(cross(into, out)) / np.maximum(both.prod(axis=0), 1e-12)
         self.turns = np.where((both.min(axis=0) > SHORT) & ((into * out).sum(axis=1) > 0), sine, 1.0)
         self.smooth = rows & (self.turns <= slack.turn) & ~(self.lines & self.lines[self._before])
         self._axes = np.abs(into + out) > slack.tilt * np.abs(into + out).max(

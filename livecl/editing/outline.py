@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from livecl import interruption
 from livecl.editing.trace import SURE, SampledOutline
+from livecl.geometry.bezier import cross, meeting_point
 from livecl.geometry.least_path import SHARES, SegmentPrices, Segments, Tangents, cheapest_way, fit_curves
 from livecl.geometry.polylines import unit
 
@@ -292,8 +293,4 @@ class _Assembly:
 def _meeting(first: tuple[FloatArray, FloatArray], second: tuple[FloatArray, FloatArray]) -> FloatArray | None:
     """Return where two lines (point, unit direction) meet; None where they are nearly parallel."""
     (p, u), (q, v) = first, second
-    sine = u[0] * v[1] - u[1] * v[0]
-    if abs(sine) < MEETING:
-        return None
-    gap = q - p
-    return np.asarray(p + u * ((gap[0] * v[1] - gap[1] * v[0]) / sine))
+    return None if abs(cross(u, v)) < MEETING else meeting_point(p, u, q, v)

@@ -56,7 +56,7 @@ def _without_bends(subpath: FloatArray) -> FloatArray:
         chord, rest = after - before, subpath[:, 0] - before
         length = np.maximum(np.hypot(*chord.T), 1e-12)
         share = (chord * rest).sum(axis=1) / length**2
-        off = np.abs(chord[:, 0] * rest[:, 1] - chord[:, 1] * rest[:, 0]) / length
+        off = np.abs(bezier.cross(chord, rest)) / length
         off[~(lines & np.roll(lines, 1) & (share > 0) & (share < 1))] = np.inf
         k = int(np.argmin(off))
         if off[k] > NEARLY.straight:

@@ -76,6 +76,13 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
+def meeting_point(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
+    """Return where lines through `p` along `u` meet lines through `q` along `v`: (..., 2), not finite for parallels."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = cross(q - p, v) / cross(u, v)
+        return np.asarray(p + share[..., None] * u)
+
+
 def hull_bounds(cubics: ArrayLike) -> FloatArray:
     """Return (x_min, y_min, x_max, y_max) of the control points of each cubic, which hold the curve: (..., 4), px."""
     cubics = np.asarray(cubics, dtype=np.float64)

@@ -51,7 +51,7 @@ def polygon_crossing_area(start: FloatArray) -> float:
     # half height times the height.
     heights = np.unique(np.concatenate([start[:, 1], meetings]))
     middles, steps = (heights[1:] + heights[:-1]) / 2, np.diff(heights)
-    turn = 1 if np.sum(start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]) >= 0 else -1
+    turn = 1 if np.sum(bezier.cross(start, end)) >= 0 else -1
     rows = max(1, _BLOCK // len(start))
     area = 0.0
     for row in range(0, len(middles), rows):

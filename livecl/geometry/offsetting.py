@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.geometry.bezier import signed_area
+from livecl.geometry.bezier import cross, meeting_point, signed_area
 
 FloatArray = NDArray[np.float64]
 
@@ -63,8 +63,5 @@ def _meetings(ends: FloatArray, into: FloatArray, starts: FloatArray, out: Float
     """Return where the offsets of two tangents meet: one that ends and one that starts, at points (m, 2) each."""
     first, second = (np.stack([way[:, 1], -way[:, 0]], axis=1) for way in (into, out))
     a, b = ends + distance * first, starts + distance * second
-    across = into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0]
-    gap = b - a
-    meets = (np.abs(across) > 0.05) & (1 + (first * second).sum(axis=1) > SHARPEST)
-    share = (gap[:, 0] * out[:, 1] - gap[:, 1] * out[:, 0]) / np.where(meets, across, 1.0)
-    return np.where(meets[:, None], a + share[:, None] * into, (a + b) / 2)
+    meets = (np.abs(cross(into, out)) > 0.05) & (1 + (first * second).sum(axis=1) > SHARPEST)
+    return np.where(meets[:, None], meeting_point(a, into, b, out), (a + b) / 2)

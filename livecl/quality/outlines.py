@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.editing.shapes import shape_within
-from livecl.geometry.bezier import flatten
+from livecl.geometry.bezier import cross, flatten
 from livecl.geometry.polylines import lengths_along, points_at, unit
 from livecl.quality.things import FOUND, INSIDE, MISSED, Things, match_things, things_of_drawing
 from livecl.rendering.rasterizer import Rasterizer
@@ -188,11 +188,11 @@ class _Outline:
         self.anchors = cubics[:, 0]
         after, into = _first_step(cubics), _first_step(before[:, ::-1])
         cosine = -(after * into).sum(axis=1)
-        sine = after[:, 0] * into[:, 1] - after[:, 1] * into[:, 0]
+        sine = cross(after, into)
         self.turns = np.degrees(np.abs(np.arctan2(sine, cosine)))
         way = unit(cubics[:, 3] - cubics[:, 0])
         rest = cubics[:, 1:3] - cubics[:, :1]
-        off = np.abs(rest[..., 0] * way[:, None, 1] - rest[..., 1] * way[:, None, 0]).max(axis=1)
+        off = np.abs(cross(rest, way[:, None])).max(axis=1)
         self.lines = cubics[off <= STRAIGHT][:, [0, 3]]
         places, self.polylines = zip(*map(_places, subpaths), strict=True)
         self.tight = np.concatenate([_tight(part) for part in places])

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.fills import LINEAR, RADIAL, Fills
+from livecl.geometry.bezier import cross
 
 FloatArray = NDArray[np.float64]
 
@@ -58,7 +59,7 @@ def place_maps(fills: Fills) -> tuple[FloatArray, NDArray[np.bool_]]:
     length = np.hypot(*first.T)
     linear = (fills.kinds == LINEAR) & (length > 0)
     maps[linear, 0] = first[linear] / length[linear, None] / np.maximum(length[linear, None], _SHORT)
-    determinant = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    determinant = cross(first, second)
     size = (first * first + second * second).sum(axis=1)
     radial = (fills.kinds == RADIAL) & (np.abs(determinant) > _FLAT * size) & (size > _SHORT**2)
     (a, c), (b, d), whole = first[radial].T, second[radial].T, determinant[radial]

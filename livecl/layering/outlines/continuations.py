@@ -13,6 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.geometry.bezier import cross
+
 FloatArray = NDArray[np.float64]
 #: Start and end of a gap with the directions in which the outline runs there; None where it is too short to tell.
 Gap = tuple[FloatArray, FloatArray | None, FloatArray, FloatArray | None]
@@ -44,7 +46,7 @@ def tangent(points: FloatArray) -> tuple[FloatArray, float] | None:
     length = float(np.hypot(*slope))
     if length <= 1e-9:
         return None
-    return slope / length, float(slope[0] * bend[1] - slope[1] * bend[0]) / length**3
+    return slope / length, float(cross(slope, bend)) / length**3
 
 
 @functools.lru_cache(maxsize=256)
@@ -64,12 +66,12 @@ def curves(gap: Gap) -> Iterator[FloatArray]:
     if enter is None or leave is None:
         return
     yield smooth(start, enter, end, leave)
-    determinant = enter[0] * leave[1] - enter[1] * leave[0]
+    determinant = cross(enter, leave)
     if abs(determinant) < 0.2:
         return
     way = end - start
-    ahead = (way[0] * leave[1] - way[1] * leave[0]) / determinant
-    back = (enter[0] * way[1] - enter[1] * way[0]) / determinant
+    ahead = cross(way, leave) / determinant
+    back = cross(enter, way) / determinant
     if ahead >= 0 and back >= 0 and max(ahead, back) <= 3 * np.hypot(*way) + 3:
         corner = start + ahead * enter
         yield np.concatenate([straight_line(start, corner), corner[None], straight_line(corner, end)])

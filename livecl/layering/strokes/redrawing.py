@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from livecl import interruption
 from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.drawing import Drawing
-from livecl.geometry.bezier import evaluate
+from livecl.geometry.bezier import cross, evaluate, meeting_point
 from livecl.geometry.open_fitting import segment_along
 from livecl.geometry.polylines import lengths_along, points_at
 from livecl.layering.componentwise.candidates import SEGMENT_ERROR
@@ -222,13 +222,11 @@ def _meeting(first: FloatArray, second: FloatArray, reach: float) -> FloatArray 
     if np.hypot(*(end - begin)) > reach:
         return None
     u, v = -_direction(first[::-1]), _direction(second)
-    across = u[0] * v[1] - u[1] * v[0]
     middle = (end + begin) / 2
-    if abs(across) < np.sin(MIN_TURN):
+    if abs(cross(u, v)) < np.sin(MIN_TURN):
         return middle if u @ v > 0 else None
-    share = ((begin - end)[0] * v[1] - (begin - end)[1] * v[0]) / across
-    corner = end + share * u
-    return np.asarray(corner) if np.hypot(*(corner - middle)) <= reach else None
+    corner = meeting_point(end, u, begin, v)
+    return corner if np.hypot(*(corner - middle)) <= reach else None
 
 
 def _extent(rows: FloatArray) -> float:
