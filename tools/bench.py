@@ -50,17 +50,17 @@ class Bench:
         self.folder = folder
         self.settings = settings
 
-    def ask(self, verb: str, case: str = "", root: Path = ROOT) -> dict[str, Any]:
+    def ask(self, verb: str, case: str = "", root: Path = ROOT, **more: Any) -> dict[str, Any]:
         """Return the answer of a process of its own; where it has none, what it failed with."""
-        request = {"verb": verb, "root": str(root), "folder": str(self.folder), "case": case, **self.settings}
+        request = {"verb": verb, "root": str(root), "folder": str(self.folder), "case": case, **self.settings, **more}
         answer_file = self.folder / "answer.json"
         answer_file.unlink(missing_ok=True)
         # The checkout that is measured, and from this one the references that it is compared with.
         paths = os.pathsep.join(map(str, (root, ROOT / "tests")))
         command = [sys.executable, str(ROOT / "tools" / "bench.py"), "--worker", json.dumps(request)]
-        ended = subprocess.run(
-            command, env={**os.environ, "PYTHONPATH": paths}, stderr=subprocess.PIPE, text=True, check=False
-        )
+        # Threads of linear algebra that wait for each other would count as work; the commands use one, too.
+        environment = {"OPENBLAS_NUM_THREADS": "1", **os.environ, "PYTHONPATH": paths}
+        ended = subprocess.run(command, env=environment, stderr=subprocess.PIPE, text=True, check=False)
         if ended.returncode or not answer_file.is_file():
             lines = ended.stderr.strip().splitlines() or [f"ended with {ended.returncode}"]
             print(ended.stderr, end="", file=sys.stderr)
@@ -78,15 +78,18 @@ class Bench:
             return [scene for _ in roots]
         results = [self.ask("check", case.name, root) for root in roots]
         times: list[list[dict[str, Any]]] = [[] for _ in roots]
-        for turn in range(rounds):
+        for turn in range(1 if len(roots) == 1 and case.kind != "run" else rounds):
             for index in range(len(roots)) if turn % 2 == 0 else reversed(range(len(roots))):
                 if "failed" not in results[index]:
-                    results[index] |= (answer := self.ask("time", case.name, roots[index]))
+                    results[index] |= (answer := self.ask("time", case.name, roots[index], judged=index == 0))
                     times[index] += [answer["time"]] if "time" in answer else []
         for result, rows in zip(results, times, strict=True):
             if rows:
-                result["turns_ms"] = [row["scaled_ms"] for row in rows]
+                result["turns_ms"] = [row["median_ms"] for row in rows]
+                result["turns_processor_ms"] = [row["processor_ms"] for row in rows]
                 result["time"] = merged(rows)
+        if len(roots) == 1 and "failed" not in results[0]:
+            results[0] |= self.ask("break_down", case.name)
         return results
 
 
@@ -114,7 +117,7 @@ def run(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
         results["other"] = {"commit": bench.ask("machine", root=roots[1]).get("commit"), "cases": {}}
     for case in chosen_cases(arguments.cases):
         print(f"bench.py: {case.title} ...", file=sys.stderr, flush=True)
-        found = bench.measured(case, roots, arguments.rounds if len(roots) > 1 else 1)
+        found = bench.measured(case, roots, arguments.rounds)
         results["cases"][case.name] = found[0]
         if len(roots) > 1:
             results["other"]["cases"][case.name] = found[1]
@@ -139,7 +142,9 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="PATH",
         help="measure the package of another checkout in turns with this one",
     )
-    parser.add_argument("--rounds", type=_positive, default=3, metavar="N", help="turns of each checkout (3)")
+    parser.add_argument(
+        "--rounds", type=_positive, default=3, metavar="N", help="turns of each checkout, and whole runs (3)"
+    )
     parser.add_argument("--worker", metavar="REQUEST", help=argparse.SUPPRESS)
     return parser
 

@@ -50,6 +50,7 @@ def test_times_are_scaled_by_the_rate_beside_them() -> None:
         return next(seconds)
 
     found = calibration.repeated(work, lambda: next(rates), 2).summary()
+    assert 0 <= found["processor_ms"] < 30  # it sleeps
     # 0.04 s between 30 and 30 GFLOP/s, 0.02 s between 30 and 60.
     assert found["repeats"] == 2
     assert found["median_ms"] == pytest.approx(30)
@@ -183,7 +184,8 @@ def test_numbers_have_three_digits(value: float | None, text: str) -> None:
 
 def _times(*scaled_ms: float) -> dict[str, Any]:
     rows = [{"repeats": 3, "median_ms": 8.0, "minimum_ms": ms, "scaled_ms": ms, "gflops": 30.0} for ms in scaled_ms]
-    return {"time": bench.merged(rows), "turns_ms": list(scaled_ms)}
+    turns = {"turns_ms": list(scaled_ms), "turns_processor_ms": [ms / 2 for ms in scaled_ms[:2]]}
+    return {"time": bench.merged(rows), **turns, "checked": {"mse": 1e-4 * scaled_ms[0]}}
 
 
 def test_report_states_ratios_and_failures() -> None:
@@ -198,9 +200,11 @@ def test_report_states_ratios_and_failures() -> None:
     assert report.failures(found) == ["import: no module"]
     text = report.text(found)
     assert "import: no module" in text
-    rows = [re.findall(r"[^| ][^|]*[^| ]|-", line) for line in text.splitlines() if line.startswith("| 8 paths")]
+    rows = [re.findall(r"[^| ][^|]*[^| ]|\d|-", line) for line in text.splitlines() if line.startswith("| 8 paths")]
     assert rows[0][1:5] == ["8.00", "3.00", "4.00", "1.20"]  # median, minimum, scaled, wanted
-    assert rows[1][1:] == ["0.500", "0.375", "0.750"]  # the median of the turns' ratios, the lowest, the highest
+    # The median of the turns' ratios, the lowest, the highest: of processor time, and of time.
+    assert rows[1][1:7] == ["0.625", "0.500", "0.750", "0.500", "0.375", "0.750"]
+    assert rows[1][7:] == ["-", "4.0e-04", "8.0e-04"]  # no goal; the errors
 
 
 def _bench(*arguments: str) -> subprocess.CompletedProcess[str]:

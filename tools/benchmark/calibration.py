@@ -8,6 +8,7 @@ taken, not the best: other programs that take their share of the machine take it
 from __future__ import annotations
 
 import dataclasses
+import resource
 import time
 from collections.abc import Callable
 from typing import Any
@@ -74,21 +75,29 @@ class MultiplyAdd:
 
 @dataclasses.dataclass
 class Repeats:
-    """Seconds of each repeat, and the machine's reference rate then, GFLOP/s."""
+    """Seconds of each repeat, of processors too, and the machine's reference rate then, GFLOP/s."""
 
     seconds: list[float] = dataclasses.field(default_factory=list)
+    processor: list[float] = dataclasses.field(default_factory=list)
     rates: list[float] = dataclasses.field(default_factory=list)
 
     def summary(self) -> dict[str, Any]:
-        """Return number, median and minimum, ms; the median at the reference rate; the median rate."""
+        """Return number, median and minimum, ms; medians at the reference rate and of processor time; of the rate."""
         seconds, rates = np.array(self.seconds), np.array(self.rates)
         return {
             "repeats": len(seconds),
             "median_ms": 1e3 * float(np.median(seconds)),
             "minimum_ms": 1e3 * float(seconds.min()),
             "scaled_ms": 1e3 * float(np.median(seconds * rates)) / REFERENCE_GFLOPS,
+            "processor_ms": 1e3 * float(np.median(self.processor)),
             "gflops": float(np.median(rates)),
         }
+
+
+def processor_seconds() -> float:
+    """Return the time of processors that this process has used, its threads and ended subprocesses included, s."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
 
 
 def repeated(work: Callable[[], float | None], rate: Callable[[], float], repeats: int | None = None) -> Repeats:
@@ -112,9 +121,10 @@ def repeated(work: Callable[[], float | None], rate: Callable[[], float], repeat
     while len(found.seconds) < (MAX_SAMPLES if repeats is None else repeats):
         if repeats is None and len(found.seconds) >= MIN_SAMPLES and time.perf_counter() - start > SECONDS:
             break
-        begin = time.perf_counter()
+        begin, used = time.perf_counter(), processor_seconds()
         own = work()
         found.seconds.append(time.perf_counter() - begin if own is None else own)
+        found.processor.append(processor_seconds() - used)
         in_block += 1
         if time.perf_counter() - block_start > BLOCK:
             after = rate()

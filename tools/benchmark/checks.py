@@ -115,7 +115,7 @@ def doubtful_pixels(drawing: Drawing, pieces: NDArray[np.int32], band: float) ->
 
 
 def check_error(mse: float, at_most: float | None) -> dict[str, Any]:
-    """Check a run by the error it ends with."""
+    """Check a run by the error it ends with; None: it is only told."""
     if at_most is not None and not mse <= at_most:
         raise CheckError(f"mean squared error: {mse:.3g}, wanted at most {at_most:.3g}")
     return {"mse": mse}

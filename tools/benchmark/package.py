@@ -69,8 +69,7 @@ def compiled(opened: Any, source: str) -> Any:
     """Return a program of the benchmark's own, compiled as livecl compiles its kernels."""
     import pyopencl as cl
 
-    from livecl.opencl import program
-
+    program = importlib.import_module("livecl.opencl.program")
     if hasattr(program, "compile_source"):
         return program.compile_source(opened, source, [])
     return cl.Program(opened.context, source).build()

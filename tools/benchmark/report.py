@@ -51,11 +51,14 @@ def ratios(results: Results) -> str:
     """
     rows = []
     for name, there in results["other"]["cases"].items():
-        ours, theirs = (found.get("turns_ms", []) for found in (results["cases"][name], there))
-        found = sorted(a / b for a, b in zip(ours, theirs, strict=False))
-        middle = [statistics.median(found), found[0], found[-1]] if found else [None] * 3
-        rows.append([CASES[name].title, *map(number, middle)])
-    head = ("case", "here / there", "lowest turn", "highest turn")
+        here, row = results["cases"][name], [CASES[name].title]
+        for turns in ("turns_processor_ms", "turns_ms"):
+            found = sorted(a / b for a, b in zip(here.get(turns, []), there.get(turns, []), strict=False))
+            row += map(number, [statistics.median(found), found[0], found[-1]] if found else [None] * 3)
+        errors = (found.get("checked", {}).get("mse") for found in (here, there))
+        rows.append([*row, number(CASES[name].goal_ratio), *("-" if e is None else f"{e:.1e}" for e in errors)])
+    spread = ("lowest turn", "highest turn")
+    head = ("case", "processor time, here / there", *spread, "time", *spread, "wanted", "MSE here", "there")
     title = f"This checkout ({results['machine']['commit']}) against another ({results['other']['commit']})"
     return table(title, head, rows)
 

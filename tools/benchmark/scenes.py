@@ -60,6 +60,16 @@ def picture(name: str, side: int, photo: str | None = None) -> NDArray[np.float3
     return np.clip(image, 0, 1).astype(np.float32)
 
 
+def warm_up_pictures(side: int = 48) -> list[NDArray[np.float32]]:
+    """Return a flat picture and one of noise in colours that change, (`side`, `side`, 3)."""
+    rows, columns = np.mgrid[:side, :side].astype(np.float32) / side
+    flat = np.ones((side, side, 3), np.float32)
+    flat[side // 4 : side // 2, side // 4 : -side // 4] = (0.8, 0.2, 0.1)
+    shaded = np.stack([rows, columns, rows * columns], axis=2)
+    noise = np.random.default_rng(0).normal(0, 0.1, shaded.shape)
+    return [flat, np.clip(shaded + noise, 0, 1).astype(np.float32)]
+
+
 def save_variants(image: NDArray[np.float32], folder: Path, count: int = 40) -> None:
     """Write variants of a picture: its rows moved, its channels swapped."""
     from livecl.image.reading import save_image
