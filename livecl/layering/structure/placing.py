@@ -165,7 +165,7 @@ def place_structure(
     num_placed = int(np.sum(~stroked))
     last = num_placed + count
     placed, new = ranked[:num_placed], ranked[num_placed:last]
-    if not len(new) or len(placed) < num_placed:
+    if not len(new):
         return None
     noise = outline_noise(found)
     outlines = []
