@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage: share of each pixel inside a layer, and its gradient with respect to the outline.
+// Coverage, exact (the anti-aliasing): share of each pixel's area inside a layer, and its gradient by the outline.
 //
 // Let A(p) be the integral over pixel p of the layer's winding number. Each line from (x0, y0) to (x1, y1) adds to it, in
 // the rows it passes, its height dy times the share of the pixel to the right of the line; pixels farther right get dy in

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Matching of layers between two drawings, and one paint order that suits both."""
+"""Matching of layers between two drawings (in order, or Hungarian), and one paint order for both."""
 
 from __future__ import annotations
 
@@ -36,15 +36,16 @@ def match_layers(a: Drawing, b: Drawing, match: Match = "order") -> list[Pair]:
     match : "order" or "nearest"
         "order": the layers of the same place in paint order, as the paper does. Where one drawing has more layers, all
         of the other's find partners among them in such a way that no two pairs cross, and what differs least in place,
-        extent and colour is paired. "nearest": whatever differs least, in any order, and not too much.
+        extent and colour is paired. "nearest": the pairs of least total difference (Hungarian matching), in any order,
+        and none that differs too much.
 
     Returns
     -------
     list of pairs of int or None
         Every layer of either drawing once, a filled one never with a stroked one, in a paint order in which both look
-        as they are: layers that overlap in `a`
-        stand in the order of `a`, those that overlap in `b` in that of `b`. Where the nearest pairs contradict each
-        other in this, the pair of the smallest layers is given up: they stay without partners.
+        as they are: layers that overlap in `a` stand in the order of `a`, those that overlap in `b` in that of `b`.
+        Where the nearest pairs contradict each other in this, the pair of the smallest layers is given up: they stay
+        without partners.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Control`: time limit and early stop of a run, and its checkpoint file."""
+"""`Control`: time limit of a run, a stop from outside, and the checkpoint file."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""When a phase of training ends: as soon as further steps gain too little, or cannot gain enough any more.
+"""Early stopping (`Options.end_early`): a phase ends once further steps gain too little, or cannot gain enough.
 
 A phase has two halves. In the first, steps have their full length, in the second they settle (`Options.settle`). With
 f the fall of the loss in one of the last steps, n more steps lower it by n f at most, as falls become smaller:

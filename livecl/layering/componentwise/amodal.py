@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Amodal completion: join the visible parts of an occluded region."""
+"""Amodal completion on masks: join the visible parts of an occluded region, for the placement by regions."""
 
 from __future__ import annotations
 

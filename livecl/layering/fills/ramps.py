@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closed-form fits of fills to pixels: one colour, a linear or a radial gradient, each at its price.
+"""Gradient fill fitting, in closed form: one colour, a linear or a radial gradient for pixels, each at its price.
 
 The unit of a price is squared error, summed over the pixels and colour channels. A fill is described by numbers: 4 of a
 colour; 4 of a line or 6 of an ellipse, and 5 of each stop. Of all fills the one is taken whose squared error and

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which layers do least for the picture: those that a revision takes out and places anew, and those worth nothing."""
+"""Pruning: the layers that do least for the picture, which a revision places anew, and those worth nothing."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evidence of depth: which of two flat regions that touch lies in front.
+"""Depth order, the evidence: which of two flat regions that touch lies in front.
 
 Evidence: T-junctions, convexity (the region that bulges into the other lies in front), what each would save if it
 continued below the other, and enclosure: what lies in a hole lies in front, unless it is seen through it.
