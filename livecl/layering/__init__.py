@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which layers there are: placement, amodal completion, merging, pruning."""
+"""Layering: place, complete, merge and prune the layers of a drawing."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Context`: the picture wanted, the rasterizer and the options, as layering needs them."""
+"""`Context`: target, rasterizer and options, as layering needs them."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(eq=False)
 class Context:
-    """Surroundings of a decision about layers."""
+    """Context of decisions about layers: rasterizer, target, options."""
 
-    rasterizer: Rasterizer  # one of the canvas's size
-    target: NDArray[Any]  # (H, W, 3), or (H, W, 4) premultiplied where drawings have no background: the picture wanted
+    rasterizer: Rasterizer  # of the canvas's size
+    target: NDArray[Any]  # target image (H, W, 3), or (H, W, 4) premultiplied where drawings have no background
     options: Options  # parameters of the method
 
     @functools.cached_property
     def partitions(self) -> TargetPartitions:
-        """Partitions of the target, made when they are first asked for."""
+        """Partitions of the target, computed on first use."""
         return TargetPartitions(self.target, self.options.prune * 3 * self.target[..., 0].size)
 
     @functools.cached_property
     def changes(self) -> Changes:
-        """Changes of the target's colour from pixel to pixel, found when they are first asked for."""
+        """Colour changes of the target from pixel to pixel, computed on first use."""
         from livecl.layering.drift import Changes  # loads SciPy
 
         return Changes.of(np.asarray(self.target, dtype=np.float64))
@@ -45,8 +45,8 @@ class Context:
         return mse(self.rasterizer.forward(drawing), self.target)
 
     def visible_mse(self, drawing: Drawing) -> float:
-        """Return the visible mean squared error of a drawing, which all decisions compare.
+        """Return the visible mean squared error of a drawing, by which all decisions are made.
 
-        Over a background it is the mean squared error.
+        Over a background it equals the mean squared error.
         """
         return visible_mse(self.rasterizer.forward(drawing), self.target)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contributions of each layer of a drawing to the picture.
+"""Contribution of each layer to the picture: alphas, visible shares, and the error without the layer.
 
-Layer i's own share of a pixel's final colour is its alpha there (opacity * coverage) times the transmittance, the
+The share of layer i in a pixel's final colour is its alpha there (opacity * coverage) times the transmittance, the
 product of (1 - alpha) of all layers above it. A pixel is visible in a layer if that share exceeds one half, so in at
 most one.
 """
@@ -23,7 +23,7 @@ from livecl.image.errors import visible_error
 if TYPE_CHECKING:
     from livecl.rendering.rasterizer import Rasterizer
 
-#: Share of a pixel's final colour beyond which the pixel is visible in a layer.
+#: Share of a pixel's final colour above which the pixel is visible in a layer.
 VISIBLE_SHARE = 0.5
 
 FloatArray = NDArray[np.float64]
@@ -32,7 +32,7 @@ Window = tuple[slice, slice]
 
 
 def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> ShareArray:
-    """Return opacity times coverage of each layer alone: (N, H, W)."""
+    """Render opacity times coverage of each layer alone: (N, H, W)."""
     from livecl.rendering.rasterizer import Rasterizer
 
     if rasterizer is None:
@@ -41,7 +41,7 @@ def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> Shar
 
 
 def covered_alphas(drawing: Drawing, coverages: ShareArray) -> ShareArray:
-    """Return opacity times coverage of each layer alone, from coverages: (N, H, W) both."""
+    """Return opacity times coverage of each layer alone, given the coverages: (N, H, W) both."""
     alphas = coverages.copy()
     for layer, (alpha, window) in enumerate(zip(alphas, _windows(drawing), strict=True)):
         interruption.check()
@@ -50,9 +50,9 @@ def covered_alphas(drawing: Drawing, coverages: ShareArray) -> ShareArray:
 
 
 def opacity_at_pixels(drawing: Drawing, layer: int, window: Window | None = None) -> ShareArray:
-    """Return the opacity of a layer's paint: (), or (H, W) where a gradient of different opacities fills it.
+    """Return the opacity of a layer's paint: (), or (H, W) for a gradient of varying opacity.
 
-    With a window, 0 may stand outside of it.
+    Values outside `window` may be 0.
     """
     fills = drawing.fills
     if fills.kinds[layer] != SOLID and (opacity := fills.opacity(layer)) is not None:
@@ -61,9 +61,9 @@ def opacity_at_pixels(drawing: Drawing, layer: int, window: Window | None = None
 
 
 def paint_at_pixels(drawing: Drawing, layer: int, window: Window | None = None) -> FloatArray:
-    """Return the straight RGBA of a layer's paint: (4,), or (H, W, 4) where a gradient fills it.
+    """Return the straight RGBA of a layer's paint: (4,), or (H, W, 4) for a gradient.
 
-    With a window, 0 may stand outside of it.
+    Values outside `window` may be 0.
     """
     if drawing.fills.kinds[layer] == SOLID:
         return np.asarray(drawing.colors[layer])
@@ -84,11 +84,11 @@ def _centers(height: int, width: int) -> FloatArray:
 
 
 def composited_colors(drawing: Drawing, covered: bool = False) -> tuple[FloatArray, list[FloatArray]]:
-    """Return the background (C,) and the colour of each layer, as they are composited.
+    """Return the background (C,) and the colour of each layer as composited.
 
-    A colour is (C,), or (H, W, C) where a gradient fills the layer; with `covered`, only where the layer can cover
-    pixels. Over a background C is 3. Without one it is 4, premultiplied RGBA: nothing lies beneath, and a paint has
-    alpha 1, as its opacity goes into the layer's alpha.
+    A colour is (C,), or (H, W, C) for a gradient; with `covered`, only where the layer can cover pixels. Over a
+    background C is 3. Without one it is 4, premultiplied RGBA: the background is transparent, and a paint has alpha 1,
+    as its opacity is part of the layer's alpha.
     """
     windows = _windows(drawing) if covered and drawing.fills.any_gradients else [None] * drawing.num_layers
     paints = []
@@ -101,14 +101,14 @@ def composited_colors(drawing: Drawing, covered: bool = False) -> tuple[FloatArr
 
 
 def in_window(color: NDArray[Any], window: Window) -> NDArray[Any]:
-    """Return a layer's colour within a window: (C,) as it is, (H, W, C) cut out."""
+    """Return a layer's colour within a window: (C,) unchanged, (H, W, C) cropped."""
     return color if color.ndim == 1 else color[window]
 
 
 def visible_shares(alphas: ShareArray) -> ShareArray:
-    """Return each layer's own share of the final colour, (N, H, W), from the layers' alphas, bottom first.
+    """Return the share of each layer in the final colour, (N, H, W), from the layers' alphas, bottom first.
 
-    ``share_i = alpha_i * prod_{j > i} (1 - alpha_j)``; the rest to 1 is the background's.
+    ``share_i = alpha_i * prod_{j > i} (1 - alpha_j)``; the remainder to 1 is the background's.
     """
     shares = np.empty_like(alphas)
     transmittance = np.ones(alphas.shape[1:], np.float32)
@@ -120,10 +120,10 @@ def visible_shares(alphas: ShareArray) -> ShareArray:
 
 
 def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, seen: bool = False) -> FloatArray:
-    """Return by how much the mean squared error rises if one layer is taken away: (N,).
+    """Return the rise of the mean squared error when each layer is removed: (N,).
 
     Without layer i the picture changes by ``share_i * (C_i - c_i)``, where ``C_i`` is the picture of the background and
-    all layers below it, and ``c_i`` its colour. The error is :func:`livecl.image.errors.visible_mse` with `seen`.
+    all layers below it, and ``c_i`` its colour. With `seen`, the error is :func:`livecl.image.errors.visible_mse`.
     """
     target = checked_target(drawing, target)
     shares = visible_shares(alphas)
@@ -149,7 +149,7 @@ def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, see
 
 
 def _windows(drawing: Drawing) -> list[Window]:
-    """Rows and columns of the pixels that each layer can cover."""
+    """Return the rows and columns of the pixels that each layer can cover."""
     height, width = drawing.size
     low, high = np.split(layer_boxes(drawing), 2, axis=1)
     corners = np.clip(np.concatenate([np.floor(low), np.ceil(high)], axis=1), 0, (width, height, width, height))
@@ -157,7 +157,7 @@ def _windows(drawing: Drawing) -> list[Window]:
 
 
 def checked_target(drawing: Drawing, target: ArrayLike) -> FloatArray:
-    """Return a picture that is as large as a drawing and has its channels; ValueError for others."""
+    """Return a target image after checking its size and channels against a drawing; ValueError for others."""
     array = np.asarray(target, dtype=np.float64)
     wanted = (*drawing.size, 4 if drawing.background is None else 3)
     if array.shape != wanted:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drift of colour: whether it changes smoothly among some pixels, as in a gradient, or jumps between flat colours."""
+"""Detect shading: whether colour drifts smoothly, as in a gradient, or jumps between flat colours."""
 
 from __future__ import annotations
 
@@ -16,25 +16,26 @@ from livecl.layering.stack import window_of
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Differences of colour within 3 x 3 pixels up to which they are flat; largest second difference of colour within a
-#: ramp: two values rounded to 8 bits, the middle one twice.
+#: Largest range of colour in 3 x 3 pixels that counts as flat; largest second difference of colour on a ramp (two
+#: values rounded to 8 bits, and the middle one twice).
 FLAT, BEND = 0.6 / 255, 2.1 / 255
-#: Share of flat pixels from which on a gradient needs as many where colour drifts, or this share of the changes.
+#: Share of flat pixels below which colour counts as drifting. Above it, colour drifts if as many pixels slope, or if
+#: smooth changes make up more than `DRIFT_SHARE` of all changes.
 FLAT_SHARE, DRIFT_SHARE = 0.1, 0.5
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Changes:
-    """Changes of colour from pixel to pixel."""
+    """Colour changes from pixel to pixel."""
 
-    flat: BoolArray  # (H, W), pixels around which 3 x 3 are of one colour
-    smooth: BoolArray  # (H, W), pixels whose second differences of colour are as small as rounding makes them
-    right: FloatArray  # (H, W - 1), largest change of a channel to the next pixel
-    down: FloatArray  # (H - 1, W), the same
+    flat: BoolArray  # (H, W), pixels whose 3 x 3 neighbourhood has one colour
+    smooth: BoolArray  # (H, W), pixels whose second differences of colour are within rounding
+    right: FloatArray  # (H, W - 1), largest change of a channel to the pixel on the right
+    down: FloatArray  # (H - 1, W), the same to the pixel below
 
     @classmethod
     def of(cls, image: FloatArray) -> Changes:
-        """Look at the changes of a picture (H, W, C)."""
+        """Measure the colour changes of a picture (H, W, C)."""
         size = (3, 3, 1)
         span = ndimage.maximum_filter(image, size) - ndimage.minimum_filter(image, size)
         bend = np.zeros(image.shape[:2])
@@ -47,11 +48,11 @@ class Changes:
 
     @functools.cached_property
     def _sloping(self) -> BoolArray:
-        """Pixels around which 3 x 3 are smooth, and not flat."""
+        """Pixels with a smooth but not flat 3 x 3 neighbourhood."""
         return np.asarray(ndimage.minimum_filter(self.smooth, 3) & ~self.flat)
 
     def drift(self, own: BoolArray) -> bool:
-        """Whether colour drifts within some pixels (H, W), rather than jump from one flat colour to another."""
+        """Whether colour drifts smoothly within some pixels (H, W), not jumping from one flat colour to another."""
         window = window_of(own)
         own, smooth = own[window], self.smooth[window]
         flat = np.count_nonzero(self.flat[window][own])

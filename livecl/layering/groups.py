@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Groups by containment: layers that lie inside another one form a group with it, if the picture stays the same.
+"""Group layers by containment, reordering them where the picture stays the same.
 
-An SVG's group holds layers that follow each other. So a layer that lies inside an earlier one moves down in the paint
-order to the end of that one's group, where it meets no layer on the way that it overlaps.
+An SVG group holds consecutive layers. So a layer that lies inside an earlier one moves down in the paint order to the
+end of that one's group, if it overlaps no layer on the way.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.labels import layer_labels
 
-#: Share of a layer's area that must lie within another one to be inside it.
+#: Share of a layer's area that must lie within another one for it to count as inside.
 INSIDE = 0.95
-#: Share of the canvas from which on a layer is a ground, which groups nothing.
+#: Share of the canvas from which a layer counts as ground, which groups nothing.
 GROUND = 0.9
-#: Coverage from which on a pixel counts to a layer's area, and from which on two layers overlap there.
+#: Coverage from which a pixel counts towards a layer's area, and from which two layers overlap there.
 COVERED, TOUCHED = 0.5, 1 / 512
-#: Most layers that are looked at, and side, px, of the square that has as many pixels as are: each pair of layers is
-#: compared pixel by pixel.
+#: Most layers that are grouped, and side, px, of a square with the pixel count of the canvas used: each pair of layers
+#: is compared pixel by pixel.
 MOST, GROUPING_SIDE = 600, 192
 
 
 def grouped(drawing: Drawing, coverages: NDArray[Any]) -> Drawing:
-    """Return a drawing in groups by what lies inside what, its layers in an order that paints the same picture.
+    """Group a drawing's layers by containment, in a paint order that shows the same picture.
 
-    `coverages` (N, H, W) may be those on a smaller canvas. A group is called after its lowest layer: ``orange circle
-    left group``. A drawing that has groups, or very many layers, stays as it is.
+    `coverages` (N, H, W) may be those on a smaller canvas. A group is named after its lowest layer: ``orange circle
+    left group``. A drawing that already has groups, or very many layers, is returned unchanged.
     """
     if any(drawing.groups) or not 1 < drawing.num_layers <= MOST:
         return drawing
@@ -62,9 +62,9 @@ def grouped(drawing: Drawing, coverages: NDArray[Any]) -> Drawing:
 
 
 def containment(coverages: NDArray[Any], can_hold: NDArray[np.bool_]) -> tuple[list[int], list[int]]:
-    """Return the layer that each of N layers lies inside, -1 for none, and the paint order of the groups.
+    """Return the layer that contains each of N layers, -1 for none, and the paint order of the groups.
 
-    From coverages (N, H, W), bottom first; only layers that `can_hold` (N,) have others inside.
+    From coverages (N, H, W), bottom first; only layers that `can_hold` (N,) contain others.
     """
     flat = np.asarray(coverages).reshape(len(coverages), -1)
     covered = (flat >= COVERED).astype(np.float32)
@@ -89,7 +89,7 @@ def containment(coverages: NDArray[Any], can_hold: NDArray[np.bool_]) -> tuple[l
 
 
 def _group_end(layer: int, parents: list[int], order: list[int]) -> int:
-    """Return the place after a layer and all that lies inside it, in the order so far."""
+    """Return the end position of a layer's group, in the order so far."""
     members, end = {layer}, order.index(layer) + 1
     while end < len(order) and parents[order[end]] in members:
         members.add(order[end])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Regions grown by their price: neighbours are joined where the error that one colour for both adds is worth less.
+"""Region growing: merge neighbouring regions while one mean colour for both adds less error than a price.
 
 References
 ----------
@@ -19,16 +19,16 @@ from livecl import interruption
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Price of the first pass, squared error, and factor to that of the next: cheap joins come first, so that the colours
-#: of dear ones are those of whole regions.
+#: Price of the first pass, squared error, and its factor from pass to pass: cheap merges come first, so that expensive
+#: ones compare the colours of whole regions.
 FIRST, STEP = 1e-3, 4.0
 
 
 def grown(labels: IntArray, image: FloatArray, prices: Sequence[float]) -> Iterator[IntArray]:
-    """Join neighbouring regions while that adds less squared error than a price; yield the regions of each price.
+    """Merge neighbouring regions while that adds less squared error than a price; yield the labels for each price.
 
-    One colour for regions of n and m pixels, of mean colours c and d, adds n m / (n + m) |c - d|^2. In a round regions
-    join their cheapest neighbours, the smaller the larger ones, if these do not move themselves.
+    One colour for regions of n and m pixels, of mean colours c and d, adds n m / (n + m) |c - d|^2. In each round,
+    regions merge with their cheapest neighbours, the smaller into the larger, unless these move themselves.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def _distinct(pairs: IntArray, count: int) -> IntArray:
 
 
 def _moves(pairs: IntArray, area: FloatArray, means: FloatArray, most: float) -> IntArray:
-    """Return the region that each joins, itself where it stays: (N,)."""
+    """Return the region into which each merges, itself if it stays: (N,)."""
     one, other = pairs.T
     cost = area[one] * area[other] / (area[one] + area[other]) * np.square(means[one] - means[other]).sum(axis=1)
     order = np.argsort(-cost, kind="stable")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layers of masks: a whole shape for each, in the order of depth that the picture shows."""
+"""Layers from masks: one whole shape for each mask, in the depth order that the picture shows."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from livecl.geometry.tracing import traced_path
 
 FloatArray = NDArray[np.float64]
 
-#: Coverage from which on a pixel is inside a mask, and clear of its antialiased edge.
+#: Coverage from which a pixel is inside a mask, and from which it is clear of the mask's anti-aliased edge.
 INSIDE, CLEAR = 0.5, 0.95
-#: Pixels that decide on depth or colour, at least; and area of the smallest part of a mask, px^2.
+#: Fewest pixels from which depth or colour is judged; area of the smallest part of a mask, px^2.
 LEAST_PIXELS, LEAST_AREA = 3, 3.0
-#: Levels of a channel that count as different colours, and share of a mask's pixels up to which a colour is as good as
-#: absent.
+#: Bins per channel of the colour histograms; relative frequency that counts as absent.
 BINS, RARE = 8, 1e-3
-#: Share of grey pixels at a mask's edge under which it is steps of pixels, and the blur that evens them, px.
+#: Share of grey pixels along a mask's edge below which the mask counts as binary, and the blur, px, that smooths its
+#: pixel steps.
 SOFT, EVENED = 0.3, 0.7
 
 
 def masked_layers(
     image: NDArray[np.floating], masks: NDArray[np.floating], names: tuple[str, ...], background: FloatArray | None
 ) -> Drawing:
-    """Return a drawing of one layer a mask, the lowest first, each in a group of its mask's name.
+    """Return a drawing of one layer per mask, the lowest first, each in a group named after its mask.
 
     Parameters
     ----------
@@ -62,11 +62,12 @@ def masked_layers(
 
 
 def depth_order(image: NDArray[np.floating], masks: NDArray[np.floating]) -> list[int]:
-    """Return the masks, the lowest first, peeled off from the top; those that do not overlap stay in their order.
+    """Return the masks in depth order, the lowest first; masks that do not overlap keep their order.
 
-    Of two masks that overlap the upper one shows where they do: there the picture has the colours that it has in the
-    rest of that mask. One that lies within the other is above it. So again and again the mask is taken off that the
-    others left lie above least, by the pixels that no mask taken off before covers; of equal ones the smallest in area.
+    Of two masks that overlap, the upper one is visible in the overlap: there the picture has the colours of the rest of
+    that mask. A mask within another one lies above it. Masks are peeled off from the top: each time the one with least
+    evidence of the others lying above it, counted in pixels not covered by masks already peeled; of equal ones the
+    smallest in area.
     """
     bins = np.minimum(np.asarray(image[..., :3], dtype=np.float64) * BINS, BINS - 1).astype(np.intp) @ (
         BINS**2,
@@ -100,10 +101,11 @@ def _above(
     first: tuple[NDArray[np.bool_], NDArray[np.bool_]],
     second: tuple[NDArray[np.bool_], NDArray[np.bool_]],
 ) -> float:
-    """Return how much more the pixels of two masks look like the rest of the first one than like that of the second.
+    """Return the evidence that the first mask lies above the second, from the colours of their overlap.
 
-    Mean logarithm of the ratio of the shares of their colours, (H, W) numbers of colours, from -1 to 1. Given of each
-    mask are the pixels that are surely its own, and all that it touches.
+    Mean log-likelihood ratio of the overlap's colours under the colour histograms of the rest of each mask, scaled to
+    -1 to 1. `bins` (H, W) are indices of colours. Given for each mask are the pixels that are certainly its own, and
+    all pixels that it touches.
     """
     both = first[0] & second[0]
     if np.count_nonzero(both) < LEAST_PIXELS:
@@ -119,7 +121,7 @@ def _above(
 
 
 def _in_given_order(order: list[int], masks: NDArray[np.floating]) -> list[int]:
-    """Return an order of masks, the lowest first, as near to rising numbers as it may be where masks overlap."""
+    """Return an order of masks, the lowest first, as near to ascending numbers as overlaps allow."""
     inside = (masks > 1 - CLEAR).reshape(len(masks), -1).astype(np.float32)
     overlap = inside @ inside.T > 0
     left, result = list(order), []
@@ -131,7 +133,7 @@ def _in_given_order(order: list[int], masks: NDArray[np.floating]) -> list[int]:
 
 
 def mask_outline(mask: NDArray[np.floating]) -> list[FloatArray]:
-    """Return the outlines of a mask (H, W) as closed cubic paths (s, 3, 2), px, the largest first; holes run back."""
+    """Trace a mask (H, W) as closed cubic paths (s, 3, 2), px, the largest first; holes run the other way round."""
     from skimage.measure import find_contours
 
     padded = np.pad(np.asarray(mask, dtype=np.float64), 1)
@@ -150,7 +152,7 @@ def mask_outline(mask: NDArray[np.floating]) -> list[FloatArray]:
 
 
 def _color(image: NDArray[np.floating], seen: FloatArray, mask: NDArray[np.floating]) -> FloatArray:
-    """Return the colour (3,) of a mask's visible part: the median where it is clear of edges, else the mean."""
+    """Return the colour (3,) of a mask's visible part: the median away from edges if there is any, else the mean."""
     alpha = image[..., 3] if image.shape[2] == 4 else np.ones(image.shape[:2])
     pixels = np.asarray(image[..., :3], dtype=np.float64)
     inner = ndimage.minimum_filter(seen, 3) >= CLEAR

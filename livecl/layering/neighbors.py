@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Flat regions of a picture, and neighbouring layers of one colour."""
+"""Flat regions of a picture, and pairs of neighbouring layers of one colour."""
 
 from __future__ import annotations
 
@@ -9,21 +9,22 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.drawing.drawing import Drawing
 from livecl.layering.contributions import VISIBLE_SHARE, ShareArray
 
-#: Largest difference of neighbouring pixels, in every channel, within a flat region of a picture.
+#: Largest difference of neighbouring pixels, in any channel, within a flat region of a picture.
 FLAT_DIFFERENCE = 0.05
-#: Largest difference, in every channel and in opacity, of colours that count as the same.
+#: Largest difference, in any channel and in opacity, of equal colours.
 SAME_COLOR = 0.05
-#: Pixels along a row or column from one visible pixel to that of a neighbouring layer: one mixed pixel may lie between.
+#: Largest distance, pixels along a row or column, between visible pixels of neighbouring layers: one mixed pixel may
+#: lie between.
 NEIGHBOR_DISTANCE = 2
 
 IntArray = NDArray[np.int32]
 
 
 def flat_labels(target: ArrayLike, difference: float = FLAT_DIFFERENCE) -> IntArray:
-    """Return the flat region of each pixel: (H, W), numbered from 0.
+    """Label the flat regions of a picture: (H, W), numbered from 0.
 
     Two of the four neighbours are in one region if they differ by at most `difference` in every channel; regions are
-    the connected components. So a slow gradient is one region, and an anti-aliased edge falls into small ones.
+    the connected components. A slow gradient is therefore one region, and an anti-aliased edge falls into small ones.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -48,9 +49,9 @@ def flat_labels(target: ArrayLike, difference: float = FLAT_DIFFERENCE) -> IntAr
 def mergeable_pairs(drawing: Drawing, shares: ShareArray) -> IntArray:
     """Return the pairs of neighbouring layers of the same colour: (K, 2), the lower layer first.
 
-    Colours are the same if RGB and opacity differ by at most 0.05 each. Layers are neighbours if a visible pixel of one
-    lies next to a visible pixel of the other in its row or column, or one pixel farther: between two layers that share
-    an edge there may be a mixed pixel that is visible in neither.
+    Colours are the same if RGB and opacity differ by at most 0.05 each. Layers are neighbours if visible pixels of the
+    two are adjacent in a row or column, or one pixel apart: an edge between two layers may have a mixed pixel that is
+    visible in neither.
     """
     owner = np.full(drawing.size, -1, np.int32)
     for layer, share in enumerate(shares):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Placement: position, shape and colour of the next paths.
+"""Placement of new paths: position, shape and colour.
 
-`component` is the paper's component-wise path initialization, steps a-d; `region` takes the regions whose painting
+`component` is the paper's component-wise path initialization, steps a-d. `region` takes the regions whose painting
 would remove most error, judged by the coverage of the very path that would be added.
 """
 
@@ -34,18 +34,18 @@ FloatArray = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True)
 class Placement:
-    """New layers, and where they go.
+    """New layers, and their positions in the paint order.
 
     Attributes
     ----------
     drawing : Drawing
         Only the K new layers.
     order : (N + K,) int
-        Paint order of all, bottom first: the N old layers by their numbers, the new ones from N on.
+        Paint order of all layers, bottom first: the N old layers by index, the new ones from N on.
     weight : (H, W) float32 or None
-        0 where layers will show that are not placed yet, 1 elsewhere.
+        0 where layers not placed yet will show, 1 elsewhere.
     hidden_points : callable or None
-        Returns the control points (M, 3) of the drawing of all layers that stay as they are, for others hide them.
+        Returns the control points (M, 3) of the drawing of all layers that stay fixed because other layers hide them.
     """
 
     drawing: Drawing
@@ -62,10 +62,10 @@ def place_paths(
     total: int | None = None,
     lines: LineWork | None = None,
 ) -> Placement:
-    """Place up to `count` new layers where a drawing differs from the target; fewer regions may be worth one.
+    """Place up to `count` new layers where a drawing differs from the target, fewer if too few regions are worth one.
 
-    Regions may lie below layers that there are already; all else goes on top. `total` are the layers of the whole run,
-    at most: those of the drawing and `count` if not given. With the line work of a picture, its structure is placed
+    Layers from regions may be inserted below existing ones; all others go on top. `total` limits the layers of the
+    whole run; the default is those of the drawing plus `count`. With line work, the structure of the picture is placed
     around the strokes of the drawing.
     """
     target, options = context.target, context.options
@@ -108,7 +108,7 @@ def place_paths(
 def _scattered_paths(
     target: NDArray[Any], image: NDArray[Any], count: int, options: Options, rng: np.random.Generator
 ) -> Drawing:
-    """Paths on the largest components, or anywhere."""
+    """Place paths on the largest components, or at random."""
     size = target.shape[:2]
     if options.placement == "random":
         centers = rng.uniform(size=(count, 2)) * (size[1], size[0])

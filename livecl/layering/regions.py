@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Regions that a new path could paint in one colour, and how much error that would remove.
+"""Regions that a new path could paint in one colour, ranked by the squared error that this would remove.
 
-The paper ranks components of the colour difference by their area. Here regions come from the target as well, at several
-degrees of coarseness, and are ranked by the squared error that painting them in their mean colour would remove.
+The paper ranks components of the colour difference by area. Here regions come from the target as well, at several
+scales, and are ranked by the squared error that painting them in their mean colour would remove.
 """
 
 from __future__ import annotations
@@ -25,24 +25,22 @@ BoolArray = NDArray[np.bool_]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Partitions:
-    """Partitions of a picture that regions are taken from.
+    """Partitions of a picture into candidate regions.
 
-    Regions grown by the price of a layer lower the errors of ten photographs of 112 to 128 px, 32 paths, by 12 % in the
-    geometric mean, with an eighth more segments, and those of seven faces at 8 paths by 12 %; with prices four times as
-    high less is won.
-    Regions by the error they hold halve the error of faces (docs/quality.md, "Choices of the default method"), measured
-    with these values; no comparison of other values is recorded.
+    Regions grown by the price of a layer lower the error of ten photographs of 112 to 128 px, 32 paths, by 12 % in the
+    geometric mean, with an eighth more segments, and that of seven faces at 8 paths by 12 %; prices four times as high
+    gain less. Ranking regions by the error in them halves the error of faces (docs/quality.md, "Choices of the default
+    method"), measured with these values; no comparison of other values is recorded.
     """
 
-    #: Blur of the target, px, and levels that each channel is then sorted into: from flat regions to blobs of
-    #: photographs.
+    #: Blur of the target, px, and quantization levels of each channel: from flat regions to blobs of photographs.
     target_levels: tuple[tuple[float, int], ...] = ((0.0, 4), (0.0, 8), (1.0, 8), (2.0, 6), (4.0, 6))
-    #: Levels of each channel whose regions are grown, and prices that they are grown to, in prices of a layer.
+    #: Quantization levels of the channels for region growing, and the prices of growing, in prices of a layer.
     fine_levels: int = 16
     prices: tuple[float, ...] = (1.0, 8.0, 64.0)
-    #: Levels per unit that the difference from the target is rounded to, in each channel, over a background and without
-    #: one. There, paint can add alpha but not take it away: most candidates are of no use, and small differences are
-    #: looked at too.
+    #: Quantization levels per unit of the difference from the target, in each channel, over a background and without
+    #: one. Without a background, paint can add alpha but not remove it: most candidates are useless, and small
+    #: differences are tried too.
     difference_levels: tuple[int, ...] = (4, 8)
     transparent_levels: tuple[int, ...] = (4, 8, 16, 32)
     alike: int = 20  # regions count as duplicates if gain and area differ by less than about 1 / `alike`
@@ -54,7 +52,7 @@ PARTITIONS = Partitions()
 
 @dataclasses.dataclass(frozen=True)
 class _Segmentation:
-    """A partition of the picture: labels, and of each region the area, the mean colour and the error left within it."""
+    """A partition of the picture: labels, and for each region its area, mean colour and residual squared error."""
 
     labels: NDArray[Any]
     area: FloatArray
@@ -64,9 +62,9 @@ class _Segmentation:
 
 @dataclasses.dataclass(frozen=True)
 class Region:
-    """A candidate: its mean colour (C,), and the squared error that painting it would remove.
+    """A candidate region: its mean colour (C,), and the squared error that painting it would remove.
 
-    `key` says which region of a finder it is, whatever the error is.
+    `key` identifies it within a finder, independently of the error.
     """
 
     key: tuple[int, int]
@@ -81,15 +79,15 @@ class Region:
 
     @property
     def alike(self) -> BoolArray:
-        """Pixels of regions of the same partition that have about the same colour: (H, W)."""
+        """Pixels of all regions of the same partition with about the same colour: (H, W)."""
         alike = np.abs(self._segmentation.mean - self.color).max(axis=1) <= SAME_COLOR
         return np.asarray(alike[self._segmentation.labels])
 
 
 class TargetPartitions:
-    """Partitions of a target (H, W, C), RGB or premultiplied RGBA, at its several degrees of coarseness.
+    """Partitions of a target (H, W, C), RGB or premultiplied RGBA, at several scales.
 
-    They are the same for each picture that is compared with it.
+    They do not depend on the picture compared with the target.
     """
 
     def __init__(self, target: NDArray[Any], price: float = 0.0) -> None:
@@ -111,7 +109,7 @@ class TargetPartitions:
                 self.segmentations.append(self._measured(labels))
 
     def measure(self, levels: FloatArray) -> _Segmentation:
-        """Return the regions of equal levels (H, W, C)."""
+        """Partition the picture into connected regions of equal levels (H, W, C)."""
         interruption.check()
         return self._measured(_level_components(levels))
 
@@ -127,7 +125,7 @@ class TargetPartitions:
 
 
 class RegionFinder:
-    """Regions of one target, for a picture (H, W, C) that gets better from call to call."""
+    """Finder of the regions of one target, as the picture (H, W, C) approaches it."""
 
     def __init__(self, partitions: TargetPartitions, image: NDArray[Any]) -> None:
         difference = partitions.target - image
@@ -143,7 +141,7 @@ class RegionFinder:
     def best(self, error: FloatArray, count: int) -> Iterator[Region]:
         """Yield up to `count` regions that would remove most of the squared error (H, W), the best first.
 
-        Of regions that are about the same in several degrees of coarseness, one is given.
+        Near-duplicates at several scales are returned once.
         """
         found: list[tuple[float, int, int]] = []
         seen: set[tuple[int, int]] = set()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stack of rendered layers: the composite below, and the transmittance above, each depth."""
+"""Stack of rendered layers: the composite below and the transmittance above each depth."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from livecl.layering.contributions import in_window
 FloatArray = NDArray[np.floating[Any]]
 Window = tuple[slice, slice]
 
-#: Numbers that grounds and transmittances of all depths may take: 256 MiB. A picture of more layers counts as one.
+#: Most numbers held for the composites and transmittances of all depths: 256 MiB. Pictures of more layers are treated
+#: as one layer.
 MAX_NUMBERS = 1 << 26
 #: Transmittance up to which the layers below count as hidden.
 MIN_SEEN = 0.02
@@ -73,21 +74,21 @@ class LayerStack:
 
     @property
     def image(self) -> FloatArray:
-        """The picture of all layers, (H, W, C)."""
+        """Composite of all layers, (H, W, C)."""
         return self.grounds[-1]
 
     @property
     def hidden(self) -> NDArray[np.bool_]:
-        """Pixels where layers hide all that may lie below them: (H, W)."""
+        """Pixels where layers hide anything below them: (H, W)."""
         return np.asarray(self.transmittances[0] <= MIN_SEEN)
 
     @property
     def order(self) -> NDArray[np.intp]:
-        """Paint order: the layers given, by their numbers, and those inserted, numbered on in the order they came."""
+        """Paint order: the given layers by index, then those inserted, numbered in order of insertion."""
         return np.array([*self._fixed, *self._ids], dtype=np.intp)
 
     def insert(self, depth: int, window: Window, alpha: NDArray[Any], color: NDArray[Any]) -> None:
-        """Put a layer, (h, w) within a window, above the `depth` lowest: only there anything changes."""
+        """Insert a layer, (h, w) within a window, above the `depth` lowest; nothing changes outside the window."""
         whole = np.zeros(self.image.shape[:2], np.float32)
         whole[window] = alpha
         self._ids.insert(depth, len(self._fixed) + len(self._ids))
@@ -109,7 +110,7 @@ class LayerStack:
             self.transmittances[k][window] = self.transmittances[k + 1][window] * (1 - self.alphas[k][window])
 
     def _composite(self, first: int, window: Window) -> None:
-        """Composite the layers from one on again, within a window."""
+        """Composite the layers from a given one up again, within a window."""
         for k in range(first, len(self)):
             ground = self.grounds[k][window]
             if meet(window, self.windows[k]):
@@ -118,12 +119,12 @@ class LayerStack:
 
 
 def over(ground: NDArray[Any], alpha: NDArray[Any], color: NDArray[Any]) -> NDArray[Any]:
-    """Composite a layer of an alpha (H, W) and a colour, (C,) or (H, W, C), over (H, W, C)."""
+    """Composite a layer of alpha (H, W) and a colour, (C,) or (H, W, C), over an image (H, W, C)."""
     return np.asarray(ground + alpha[..., None] * (color - ground))
 
 
 def window_of(alpha: NDArray[Any]) -> Window:
-    """Return the rows and columns that hold all that is covered, (H, W); empty ones where nothing is."""
+    """Return the bounding window (rows, columns) of the covered pixels (H, W); empty if there are none."""
     rows, columns = np.flatnonzero(alpha.any(axis=1)), np.flatnonzero(alpha.any(axis=0))
     if not len(rows):
         return NOWHERE
@@ -131,7 +132,7 @@ def window_of(alpha: NDArray[Any]) -> Window:
 
 
 def meet(one: Window, other: Window) -> bool:
-    """Whether two windows share a pixel; None as a bound is that of the picture."""
+    """Whether two windows overlap; None as a bound is that of the picture."""
     return all(
         (a.start or 0) < (np.inf if b.stop is None else b.stop)
         and (b.start or 0) < (np.inf if a.stop is None else a.stop)
@@ -140,7 +141,7 @@ def meet(one: Window, other: Window) -> bool:
 
 
 def window_within(window: Window, outer: Window) -> Window:
-    """Return the window of a picture that lies in its part `outer` as `window` says."""
+    """Convert a window relative to the part `outer` of a picture to one of the picture."""
     rows, columns = (
         slice(inner.start + (whole.start or 0), inner.stop + (whole.start or 0))
         for inner, whole in zip(window, outer, strict=True)

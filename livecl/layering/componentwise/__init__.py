@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Component-wise path initialization: the paper's, and regions with outlines fitted to them, tried at any depth."""
+"""Component-wise path initialization: the paper's placement, and outlines fitted to regions at any depth."""

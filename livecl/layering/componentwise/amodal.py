@@ -12,16 +12,16 @@ from livecl.layering.componentwise.masks import connected_part, convex_hull
 from livecl.layering.stack import Window, window_of
 
 BoolArray = NDArray[np.bool_]
-#: Largest ratio of hidden to visible pixels: no more is completed than is visible. Without a limit, eyes
-#: and mouth become one band behind a head with holes.
+#: Largest ratio of hidden to visible pixels in a completed region. Without a limit, eyes and mouth become one band
+#: behind a head with holes.
 MAX_HIDDEN = 1.0
 
 
 @dataclasses.dataclass(frozen=True)
 class Completion:
-    """A region joined with others, within a window, or None; and the window that holds all on which this depends.
+    """Result of amodal completion: the mask within `window`, or None, and the window it depends on.
 
-    More hidden pixels change it only if they touch the `reach`.
+    Newly hidden pixels can change the result only if they touch `reach`.
     """
 
     window: Window
@@ -32,9 +32,9 @@ class Completion:
 def amodally_completed(region: BoolArray, alike: BoolArray, hidden: BoolArray) -> Completion:
     """Complete a region (H, W): join it with other parts of its colour behind hidden pixels.
 
-    `alike` (H, W) are all pixels of its colour, `hidden` (H, W) those painted over whatever lies there. The result is
-    of the pixels that are alike or hidden those that hang together with the region, within the convex hull of the parts
-    joined; None if there is no other part to join, or if more than `MAX_HIDDEN` would be hidden.
+    `alike` (H, W) marks all pixels of its colour, `hidden` (H, W) those covered by opaque layers. The result is the
+    connected set of alike or hidden pixels that holds the region, within the convex hull of the joined parts; None if
+    there is no other part, or if the ratio of hidden to visible pixels would exceed `MAX_HIDDEN`.
     """
     start = tuple(np.argwhere(region)[0])
     whole = connected_part(alike | hidden, start)

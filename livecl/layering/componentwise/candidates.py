@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Candidates for new paths: regions with outlines fitted to them, judged by the error that the very path removes."""
+"""Candidates for new paths: regions with fitted outlines, ranked by the squared error that each path removes."""
 
 from __future__ import annotations
 
@@ -28,34 +28,33 @@ from livecl.options import OPAQUE_FROM, Options
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Pixels under which a region is too small for its border to tell more than a circle of its area: 4 px across.
+#: Smallest region, pixels, whose border is traced (about 4 px across); smaller ones become circles of equal area.
 SMALL_REGION = 12
-#: Price of a segment, as squared error: half of a pixel that is wrong in one channel.
+#: Price of a segment in squared error: half of a pixel that is wrong in one channel.
 SEGMENT_ERROR = 0.5
-#: Share of the ground that is seen where no layer lies on it.
+#: Transmittance from which the ground counts as visible.
 BARE = 0.9
-#: Alpha under which a region counts as clear, as no paint makes a picture clearer: 5 levels of 255.
+#: Alpha below which a region counts as transparent (5 levels of 255); paint cannot make a picture more transparent.
 CLEAR = 0.02
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Search:
-    """Effort of the search for a new path, and what it asks of one.
+    """Effort of the search for a new path, and the gain required of it.
 
-    What regions, depths and holes bring is in docs/quality.md, "Choices of the default method", measured with these
-    values; where no source is named, no comparison of other values is recorded.
+    Effects of regions, depths and holes: docs/quality.md, "Choices of the default method", measured with these values.
+    Where no source is named, no comparison of other values is recorded.
     """
 
-    regions: int = 12  # regions tried as they are for each new path
-    outlined: int = 3  # regions tried with an outline once one of them has lowered the error; until then all are
-    holes: int = 8  # largest holes of a region that are tried
+    regions: int = 12  # regions whose own pixels are tried for each new path
+    outlined: int = 3  # regions tried with an outline once one has lowered the error; all until then
+    holes: int = 8  # largest holes tried for each region
     roughness: float = 1.05  # safety factor on the subsampled gain estimate of a region
-    #: New layers must remove this share of what `Options.prune` asks of a trained one: training makes more of them,
-    #: most where edges are soft. With 0.2 instead of 1, soft pictures on white end at .055 instead of .093 (mean error
-    #: x 1000), 40 faces at .470 instead of .475 (docs/notes/quality.md).
+    #: Share of `Options.prune` that a new layer must remove before training: training increases its gain, most where
+    #: edges are soft. With 0.2 instead of 1, soft pictures on white end at .055 instead of .093 (mean error x 1000), 40
+    #: faces at .470 instead of .475 (docs/notes/quality.md).
     worth_training: float = 0.2
-    #: Share of the error removed that each segment beyond `Options.segments` must add, or `SEGMENT_ERROR` if that is
-    #: less.
+    #: Share of the removed error that each segment beyond `Options.segments` must add; at most `SEGMENT_ERROR`.
     gain_per_segment: float = 0.001
 
 
@@ -64,7 +63,7 @@ SEARCH = Search()
 
 @dataclasses.dataclass(frozen=True)
 class Candidate:
-    """A new layer: its outline, its fill as straight RGBA (4,), and its trial at its best depth."""
+    """A candidate layer: its outline, its fill as straight RGBA (4,), and the trial at its best depth."""
 
     outline: Outline
     rgba: FloatArray
@@ -72,11 +71,11 @@ class Candidate:
 
     @property
     def num_segments(self) -> int:
-        """Segments of all subpaths."""
+        """Number of segments of all subpaths."""
         return sum(map(len, self.outline))
 
     def beside(self, depth: int, window: Window) -> Candidate | None:
-        """Return the candidate after another layer was put in at a depth; None where it lies in the changed area."""
+        """Return the candidate after another layer was inserted at `depth`; None if it overlaps the changed window."""
         if meet(self.trial.window, window):
             return None
         own = self.trial.depth
@@ -84,7 +83,7 @@ class Candidate:
 
 
 def paint_of(color: ArrayLike) -> FloatArray:
-    """Return the fill, straight RGBA (4,), that shows a colour over nothing: RGB, or premultiplied RGBA, (C,)."""
+    """Return the fill, straight RGBA (4,), that shows a colour over transparency: RGB, or premultiplied RGBA, (C,)."""
     color = np.asarray(color, dtype=np.float64)
     alpha = color[3] if len(color) == 4 else 1.0
     opacity = 1.0 if alpha >= OPAQUE_FROM else max(alpha, CLEAR)
@@ -92,7 +91,7 @@ def paint_of(color: ArrayLike) -> FloatArray:
 
 
 def paint_over(ground: ArrayLike, color: ArrayLike) -> FloatArray:
-    """Return the fill, straight RGBA (4,), that turns one premultiplied RGBA (4,) into another where paint can do so.
+    """Return the fill, straight RGBA (4,), that changes one premultiplied RGBA (4,) into another, clipped to [0, 1].
 
     Paint of colour c = (r, g, b, 1) and opacity o over G shows (1 - o) G + o c; so, from the alphas,
     o = (A - A_G) / (1 - A_G), and c follows.
@@ -103,7 +102,7 @@ def paint_over(ground: ArrayLike, color: ArrayLike) -> FloatArray:
 
 
 def initial_outline(place: Place, size: tuple[int, int], options: Options, rng: np.random.Generator) -> Outline:
-    """Return the shape of a new path at a place, on a canvas of `size`."""
+    """Return the initial outline of a new path at a place, on a canvas of `size`."""
     if options.shape == "random":
         return [random_outline(place.center, options.segments, size, rng)]
     if options.shape == "outline" and place.mask is not None:
@@ -112,10 +111,10 @@ def initial_outline(place: Place, size: tuple[int, int], options: Options, rng: 
 
 
 def region_candidates(context: Context, painting: Painting, count: int, rng: np.random.Generator) -> list[Candidate]:
-    """Return the paths that remove most error, one after the other, each put into the painting where it does best.
+    """Return the candidate paths that remove most error, found greedily, each inserted at its best depth.
 
-    They are fewer than `count` where none is left that would come to be worth keeping (`Options.prune`); the first
-    layer of a picture is never left out.
+    Fewer than `count` are returned if no other would be worth keeping (`Options.prune`); the first layer of a picture
+    is never omitted.
     """
     judge = _Judge(context, painting, rng)
     found = []
@@ -131,7 +130,7 @@ def region_candidates(context: Context, painting: Painting, count: int, rng: np.
 
 @dataclasses.dataclass
 class _Guess:
-    """A region's own pixels, (h, w) within a window, as a layer: its fill, its gain, and its outline."""
+    """Estimate for a region as a layer: mask (h, w) within a window, fill, estimated gain, and outline if fitted."""
 
     window: Window
     mask: BoolArray
@@ -142,7 +141,7 @@ class _Guess:
 
 @dataclasses.dataclass(frozen=True)
 class _Tried:
-    """Result of trying a region, valid until something changes within `window`, or hides pixels in `reach`."""
+    """Cached trial of a region, valid until something changes within `window` or becomes hidden within `reach`."""
 
     guesses: list[_Guess]
     window: Window
@@ -152,8 +151,7 @@ class _Tried:
 class _Judge:
     """Tries regions as layers of a painting.
 
-    What was found for a region is kept as long as no layer is put where it was tried: with many small regions, most of
-    it is.
+    Trials are cached until a layer changes their window: with many small regions, most of them stay valid.
     """
 
     def __init__(self, context: Context, painting: Painting, rng: np.random.Generator) -> None:
@@ -166,7 +164,7 @@ class _Judge:
         self._outlines: dict[Any, list[Outline]] = {}
 
     def best(self, least: float) -> Candidate | None:
-        """Return the candidate that removes most squared error; None where none removes more than `least`."""
+        """Return the candidate that removes most squared error; None if none removes more than `least`."""
         self._error = self._painting.error.astype(np.float64)
         best: Candidate | None = None
         guesses = [guess for region in self._regions() for guess in self._as_it_is(region).guesses]
@@ -184,14 +182,14 @@ class _Judge:
         return best
 
     def circle(self) -> Candidate:
-        """Return a circle where the largest error is."""
+        """Return a circle at the pixel of largest error."""
         error = self._painting.error
         row, column = np.unravel_index(int(np.argmax(error)), error.shape)
         outline = [circle((column + 0.5, row + 0.5), self._options.radius, self._options.segments)]
         return self._candidates([outline], paint_of(self._painting.target[row, column]))[0]
 
     def accept(self, candidate: Candidate) -> None:
-        """Put a layer into the painting, and forget the trials that it changes."""
+        """Insert a layer into the painting, and drop the cached trials that it invalidates."""
         hidden, depth = self._stack.hidden, candidate.trial.depth
         changed = self._painting.insert(candidate.trial)
         covered = window_of(self._stack.hidden != hidden)
@@ -205,14 +203,14 @@ class _Judge:
                 guess.candidate = guess.candidate.beside(depth, changed)
 
     def _regions(self) -> Iterator[Region]:
-        """Yield the regions to look at: those that hold most error, and are not clear."""
+        """Yield the regions to try: those with the largest error that are not transparent."""
         for region in self._finder.best(self._error, SEARCH.regions):
             interruption.check()
             if len(region.color) == 3 or region.color[3] >= CLEAR:
                 yield region
 
     def _as_it_is(self, region: Region) -> _Tried:
-        """Return the gain of a region's own pixels as a layer, without holes and with them, in the best fill."""
+        """Estimate the gain of a region's own pixels as a layer, with holes filled or kept and the best fill."""
         if region.key in self._tried:
             return self._tried[region.key]
         whole = region.mask
@@ -241,9 +239,9 @@ class _Judge:
         return tried
 
     def _opened(self, window: Window, filled: BoolArray, inner: list[BoolArray], color: FloatArray) -> BoolArray | None:
-        """Return a filled region with those of its holes in which the picture is better as it is; None if none is.
+        """Return a filled region without the holes that are better left unpainted; None if there are none.
 
-        Without `Options.holes` these are the holes that show the ground and nothing else, as in a ring.
+        Without `Options.holes`, only holes that show the ground are left open, as in a ring.
         """
         target, error = self._painting.target[window], self._error[window]
         bare = self._stack.transmittances[0][window]
@@ -256,7 +254,7 @@ class _Judge:
         return filled & ~np.logical_or.reduce(opened) if opened else None
 
     def _outlined(self, guess: _Guess) -> Candidate:
-        """Return a layer with an outline around a region, of more segments than `segments` where each adds enough."""
+        """Fit an outline to a region, with more than `segments` segments where each removes enough error."""
         options, size = self._options, (self._stack.image.shape[0], self._stack.image.shape[1])
         if options.shape != "outline":
             place = _place(guess.window, guess.mask)
@@ -291,7 +289,7 @@ def _place(window: Window, mask: BoolArray) -> Place:
 
 
 def fitted_outlines(mask: BoolArray, options: Options, window: Window = WHOLE) -> list[Outline]:
-    """Fit outlines to a region (h, w) in a window, and its holes, of `segments` to `max_segments` for the border."""
+    """Fit outlines of `segments` to `max_segments` segments to a region (h, w) in a window, holes included."""
     corner = (window[1].start or 0, window[0].start or 0)
     inner = [reversed_path(fitted_paths(hole, options.segments, corner)[-1]) for hole in holes(mask, SMALL_REGION)]
     outer = fitted_paths(mask, max(options.segments, options.max_segments), corner)
@@ -299,7 +297,7 @@ def fitted_outlines(mask: BoolArray, options: Options, window: Window = WHOLE) -
 
 
 def fitted_paths(mask: BoolArray, most: int, corner: tuple[int, int] = (0, 0)) -> list[FloatArray]:
-    """Fit paths of 1, 2, ... `most` segments to a region (h, w) that begins at `corner` (x, y); holes are filled."""
+    """Fit paths of 1, 2, ... `most` segments to a region (h, w) with its corner at `corner` (x, y), holes filled."""
     area = int(mask.sum())
     if area < SMALL_REGION:
         center = (np.argwhere(mask) + corner[::-1]).mean(axis=0)[::-1] + 0.5

@@ -18,7 +18,7 @@ BoolArray = NDArray[np.bool_]
 
 @dataclasses.dataclass(frozen=True)
 class Place:
-    """Where a path starts: its centre (x, y) px, a pixel (row, column) there, and the component's pixels, if any."""
+    """Start of a path: its centre (x, y) px, a pixel (row, column) there, and the component's mask, if any."""
 
     center: FloatArray
     pixel: IntArray
@@ -26,7 +26,7 @@ class Place:
 
 
 def component_places(target: NDArray[Any], image: NDArray[Any], count: int, options: Options) -> list[Place]:
-    """Return the largest components of the error; where they run out, the places of largest error."""
+    """Return the largest components of the error, then, when these run out, the pixels of largest error."""
     difference = np.abs(target - image).sum(axis=-1, dtype=np.float64)  # step a
     if options.variant == "released":
         difference = np.square(target - image).sum(axis=-1, dtype=np.float64)
@@ -39,7 +39,7 @@ def component_places(target: NDArray[Any], image: NDArray[Any], count: int, opti
 
 
 def components(difference: FloatArray, options: Options) -> tuple[IntArray, IntArray]:
-    """Return the 4-connected components of pixels whose differences fall into one bin, and the bins (steps b-c).
+    """Label the 4-connected components of quantized colour differences, and return the bins (steps b-c).
 
     Returns
     -------
@@ -62,7 +62,7 @@ def components(difference: FloatArray, options: Options) -> tuple[IntArray, IntA
 
 
 def _ranked(labels: IntArray, bins: IntArray, options: Options) -> list[int]:
-    """Labels in the order they are taken in: the largest first; `released`: of the bin that is fullest by then."""
+    """Order components by decreasing size; `released`: each time the largest of the bin with most pixels left."""
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
     by_size = [int(i) for i in np.argsort(-sizes, kind="stable") if sizes[i]]
@@ -83,7 +83,7 @@ def _ranked(labels: IntArray, bins: IntArray, options: Options) -> list[int]:
 
 
 def _component_place(mask: BoolArray) -> Place:
-    """Centre of mass of a component, or the centre of its own pixel nearest to it where it lies outside (step d)."""
+    """Return the centre of mass of a component, or its own pixel nearest to that (step d)."""
     members = np.argwhere(mask)
     mean = np.asarray(members.mean(axis=0), dtype=np.float64)
     pixel = np.floor(mean + 0.5).astype(np.int64)
@@ -94,7 +94,7 @@ def _component_place(mask: BoolArray) -> Place:
 
 
 def _largest_errors(difference: FloatArray, taken: list[IntArray], count: int, apart: float) -> list[IntArray]:
-    """Pixels of the largest difference, each at least `apart` px from the others while there is room."""
+    """Return the pixels of largest difference, at least `apart` px from each other while there is room."""
     rows, columns = np.indices(difference.shape)
     left = difference.copy()
 

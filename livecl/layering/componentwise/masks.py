@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Regions as masks of pixels: their borders, their holes, the part that hangs together."""
+"""Masks of regions: their borders, holes, connected parts and convex hulls."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ BoolArray = NDArray[np.bool_]
 
 
 def border(mask: BoolArray) -> NDArray[np.float64]:
-    """Return the outer border of a region (H, W) as a closed polyline (P, 2), px; holes are filled."""
+    """Trace the outer border of a region (H, W) as a closed polyline (P, 2), px; holes are ignored."""
     from skimage.measure import find_contours
 
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
@@ -21,7 +21,7 @@ def border(mask: BoolArray) -> NDArray[np.float64]:
 
 
 def without_holes(mask: BoolArray) -> BoolArray:
-    """Return a region (H, W) with its holes filled: pixels not connected, by their sides, to the outside."""
+    """Fill the holes of a region (H, W): the pixels not 4-connected to the outside."""
     return np.asarray(_surroundings(mask) != 1)
 
 
@@ -31,7 +31,7 @@ def holes(mask: BoolArray, smallest: int) -> list[BoolArray]:
 
 
 def filled_and_holes(mask: BoolArray, smallest: int) -> tuple[BoolArray, list[BoolArray]]:
-    """Return what :func:`without_holes` and :func:`holes` do, from one labelling."""
+    """Return the results of :func:`without_holes` and :func:`holes` from one labelling."""
     labels = _surroundings(mask)
     areas = np.bincount(labels.ravel(), minlength=2)
     areas[:2] = 0  # the region itself, and what surrounds it
@@ -39,14 +39,14 @@ def filled_and_holes(mask: BoolArray, smallest: int) -> tuple[BoolArray, list[Bo
 
 
 def _surroundings(mask: BoolArray) -> NDArray[np.int32]:
-    """Label what is not of a region (H, W), by sides of pixels: 1 outside, other numbers in its holes, 0 in itself."""
+    """Label the complement of a region (H, W), 4-connected: 1 outside, higher numbers in holes; 0 in the region."""
     from scipy.ndimage import label
 
     return np.asarray(label(~np.pad(mask, 1))[0][1:-1, 1:-1])  # the corner of the padding is labelled first
 
 
 def connected_part(mask: BoolArray, pixel: tuple[int, ...]) -> BoolArray:
-    """Return the part of a region (H, W) that is connected, by sides of pixels, to one of its pixels (row, column)."""
+    """Return the part of a region (H, W) that is 4-connected to one of its pixels (row, column)."""
     from scipy.ndimage import label
 
     labels = label(mask)[0]
@@ -56,8 +56,7 @@ def connected_part(mask: BoolArray, pixel: tuple[int, ...]) -> BoolArray:
 def convex_hull(mask: BoolArray) -> BoolArray:
     """Return the pixels (H, W) whose centres lie in the convex hull of a region, or on its border.
 
-    The hull of the middles of all sides of the region's pixels, as scikit-image's `convex_hull_image` has it, but row
-    by row and in whole numbers.
+    The hull of the midpoints of all pixel sides, as scikit-image's `convex_hull_image`, but row by row and in integers.
     """
     rows = np.flatnonzero(mask.any(axis=1))
     filled = np.zeros_like(mask)
@@ -77,8 +76,8 @@ def convex_hull(mask: BoolArray) -> BoolArray:
 def _convex_side(rows: NDArray[np.intp], first: NDArray[np.intp], at: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return the first column of the hull in each row of `at`, given the first pixels of some.
 
-    All in half pixels, by the middles of upper, left and lower sides. No point is a corner that lies on the chord of
-    its neighbours or within: those are left out until there are none.
+    Coordinates are in half pixels, at the midpoints of upper, left and lower sides. Points on or inside the chord of
+    their neighbours are removed until none is left.
     """
     height = 2 * int(rows[-1] - rows[0]) + 3
     nearest = np.full(height, np.iinfo(np.intp).max)

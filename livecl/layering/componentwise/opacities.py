@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Following opacities: adapt translucent layers to a new one, in drawings without background.
+"""Adapt the opacities of translucent layers to a new layer, in drawings without background.
 
-Paint of one colour over or under translucent paint of the same adds to its alpha everywhere. So a wider layer beneath,
-which on opaque layers would be seen only around them, spoils them here, unless their opacity falls. In training it
-does; so a new layer is judged by the error removed after that.
+Paint of one colour over or under translucent paint of the same colour adds to its alpha everywhere. A wider layer
+beneath, which under opaque layers would be visible only around them, therefore spoils translucent ones unless their
+opacity falls. Training lowers it; so a new layer is judged by the error removed after that adjustment.
 
 Where layers do not change their order, the picture is linear in the opacity of each: that of layer k changed by a
 factor 1 + s changes the picture by s d_k, with d_k = a_k T_k (c_k - C_k) (painting.py). Of an error r,
@@ -27,24 +27,24 @@ from livecl.layering.contributions import in_window
 from livecl.layering.stack import NOWHERE, WHOLE, LayerStack, Window
 from livecl.options import OPAQUE_FROM
 
-#: Squared change of a picture below which a layer does nothing: far below that of one level of 255 in one pixel.
+#: Squared change of the picture below which a layer has no effect: far below one level of 255 in one pixel.
 MIN_SQUARE = 1e-9
-#: Mask (h, w) of the pixels of a window that are looked at, or all of them.
+#: Mask (h, w) of the pixels used within a window, or an ellipsis for all of them.
 Chosen = NDArray[np.bool_] | EllipsisType
 
 
 class Opacities:
     """Opacities of the translucent layers of a stack, for a target (H, W, 4) of premultiplied RGBA, float32.
 
-    Layers whose alpha comes to `OPAQUE_FROM` anywhere are opaque, and stay so. No comparison of other values of these
-    is recorded.
+    Layers whose alpha reaches `OPAQUE_FROM` anywhere count as opaque, and stay so. No comparison of other values is
+    recorded.
 
     Attributes
     ----------
     min_factor : float
-        Least factor of an opacity at a time.
+        Least factor by which an opacity changes in one step.
     rounds : int
-        Rounds in which opacities are set, one after the other.
+        Rounds of coordinate descent over the opacities.
     """
 
     min_factor: ClassVar[float] = 0.2
@@ -56,7 +56,7 @@ class Opacities:
         self._changes: dict[int, tuple[NDArray[Any], float, float]] = {}
 
     def follow(self) -> None:
-        """Set the opacities of all translucent layers anew, after something was inserted."""
+        """Refit the opacities of all translucent layers after an insertion."""
         for _ in range(self.rounds):
             for k, window in enumerate(self._stack.windows):
                 if window != NOWHERE and self._stack.alphas[k].max() < OPAQUE_FROM:
@@ -67,9 +67,9 @@ class Opacities:
     def followers(
         self, color: NDArray[Any], depths: list[int], window: Window, pixels: Chosen
     ) -> list[Callable[[NDArray[Any]], float]]:
-        """Return for each depth the gain of the layer that follows a new one, as a function of the new alpha.
+        """Return for each depth the gain of the layer that adapts to a new one, as a function of the new alpha.
 
-        That is the layer above the new one, or below one on top the layer that it overlaps most.
+        That is the layer above the new one, or, if the new one is on top, the layer below that it overlaps most.
         """
         following = [depths[1] if depth == len(self._stack) and len(depths) > 1 else depth for depth in depths]
         return [self._follower(k, color, depth, window, pixels) for k, depth in zip(following, depths, strict=True)]
@@ -99,11 +99,11 @@ class Opacities:
         return change, float(np.sum(residual * change)), float(np.sum(change * change))
 
     def _step(self, k: int, product: float, square: float) -> float:
-        """Return the step s above, as far as the opacity can go."""
+        """Return the step s above, clipped to valid opacities."""
         most = 1 / float(self._stack.alphas[k].max())
         return float(np.clip(product / max(square, MIN_SQUARE), self.min_factor - 1, most - 1))
 
     def _removed(self, k: int, product: float, square: float) -> float:
-        """Return the error that a layer removes by that step."""
+        """Return the squared error that a layer removes by that step."""
         step = self._step(k, product, square)
         return 2 * step * product - step**2 * square

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trials of a new layer at any depth: its gain in closed form, without compositing again.
+"""Gain of a new layer at any depth, in closed form, without compositing again.
 
 With C_k the picture of the background and the k lowest layers, and T_k the transmittance of all layers above them, a
 new layer of alpha v and colour c between the two changes the picture by
@@ -28,21 +28,21 @@ from livecl.layering.stack import NOWHERE, WHOLE, FloatArray, LayerStack, Window
 class Trying:
     """Effort of trying a layer at several depths.
 
-    Depths halve the error of faces (docs/quality.md, "Choices of the default method"), measured with these values; no
-    comparison of other values is recorded.
+    Trying depths halves the error of faces (docs/quality.md, "Choices of the default method"), measured with these
+    values; no comparison of other values is recorded.
     """
 
-    max_depths: int = 8  # depths tried beside the top: below the layers that the new one overlaps most
-    min_overlap: float = 1.0  # overlap, px^2, from which on the depth below a layer is tried
-    min_advantage: float = 0.01  # share by which a lower depth must be better than the top
-    #: Share of its window up to which a layer is looked at pixel by pixel; this changes the time only.
+    max_depths: int = 8  # depths tried beside the top: directly below the layers that the new one overlaps most
+    min_overlap: float = 1.0  # least overlap, px^2, with a layer for the depth below it to be tried
+    min_advantage: float = 0.01  # relative advantage in gain that a lower depth needs over the top
+    #: Share of covered pixels in a window below which only these are evaluated; affects the time only.
     sparse: float = 0.3
-    large: int = 500  # pixels from which on a layer may be tried roughly
+    large: int = 500  # least number of pixels of a layer that may be tried roughly
 
 
 @dataclasses.dataclass(frozen=True)
 class Trial:
-    """A new layer: depth (layers below it), alpha (h, w) in a window, colour (C,), and the squared error it removes."""
+    """Trial of a layer: depth (layers below it), alpha (h, w) in a window, colour (C,), squared error removed."""
 
     depth: int
     window: Window
@@ -52,9 +52,9 @@ class Trial:
 
 
 class Painting:
-    """Trials of new layers in a stack, against a target (H, W, C), RGB or premultiplied RGBA.
+    """Stack of layers in which new ones are tried, against a target (H, W, C), RGB or premultiplied RGBA.
 
-    Where they `follow`, the opacities of translucent layers follow new layers (opacities.py).
+    With `follow`, the opacities of translucent layers adapt to new layers (opacities.py).
     """
 
     def __init__(
@@ -67,16 +67,16 @@ class Painting:
 
     @property
     def error(self) -> FloatArray:
-        """Squared difference from the target, as it is seen, summed over the channels: (H, W)."""
+        """Visible squared error, summed over the channels: (H, W)."""
         return np.asarray(np.square(visible_error(self.target - self.stack.image)).sum(axis=-1))
 
     def try_layers(
         self, alphas: Sequence[NDArray[Any]], color: FloatArray, within_window: Window = WHOLE, roughly: bool = False
     ) -> list[Trial]:
-        """Return new layers of one colour (C,), each tried by itself, at the depth where it removes most error.
+        """Try layers of one colour (C,), each alone, at the depth where it removes most squared error.
 
-        `alphas` (h, w) are opacity times coverage within a window, and 0 elsewhere. `roughly` looks only at every
-        second pixel in each direction, where there are many.
+        `alphas` (h, w) are opacity times coverage within a window, 0 elsewhere. With `roughly`, large windows are
+        sampled at every second pixel in each direction.
 
         Notes
         -----
@@ -123,7 +123,7 @@ class Painting:
         return trials
 
     def _depths_below(self, share: NDArray[Any], window: Window, least: float) -> list[int]:
-        """Return the depths below the layers that an alpha, (h, w) within a window, overlaps most."""
+        """Return the depths below the layers that an alpha (h, w) within a window overlaps most."""
         overlaps = np.zeros(len(self.stack))
         for k, (alpha, own) in enumerate(zip(self.stack.alphas, self.stack.windows, strict=True)):
             if meet(window, own):
@@ -131,7 +131,7 @@ class Painting:
         return [int(k) for k in np.argsort(-overlaps, kind="stable")[: self._trying.max_depths] if overlaps[k] > least]
 
     def insert(self, trial: Trial) -> Window:
-        """Put a new layer where it was tried; return the window in which something changes."""
+        """Insert a layer where it was tried; return the changed window."""
         self.stack.insert(trial.depth, trial.window, trial.alpha, trial.color)
         if self.opacities is None:
             return trial.window

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fills of layers: gradients fitted to pixels, their stops, fills over each other, the choice while training."""
+"""Fills of layers: gradients fitted to pixels, their stops, overlaid fills, and the choice of fill during training."""

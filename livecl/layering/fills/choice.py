@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choice of fills while training: a gradient for a layer that it is worth it to, and back to one colour.
+"""Choice of fills during training: replace solid colours by gradients, or gradients by solid colours, where it pays.
 
-What a fill is worth is the squared error that it removes; what it costs are its numbers (ramps.py).
+A fill is worth the squared error that it removes, and costs its numbers (ramps.py).
 """
 
 from __future__ import annotations
@@ -21,11 +21,12 @@ from livecl.layering.fills.ramps import COLOR_NUMBERS, GEOMETRY_NUMBERS, LAYER_N
 from livecl.layering.fills.stops import STOP_NUMBERS
 from livecl.options import AUTO_PATH_GAIN, Options
 
-#: Share of a pixel's colour from which it is a layer's own, clear of antialiased edges, and fewest such pixels.
+#: Least share of a pixel's colour for the pixel to count as a layer's own, clear of anti-aliased edges; fewest such
+#: pixels.
 OWN_SHARE, LEAST_PIXELS = 0.95, 24
-#: Alpha of the layers below up to which a layer over nothing shows its own alpha.
+#: Largest alpha of the layers below at which a layer counts as painted over transparency; least alpha divided by.
 CLEAR = 0.02
-#: Numbers that another fill must save: less may be rounding.
+#: Least saving, in numbers, for another fill to be used: less may be rounding.
 LEAST_SAVING = 0.1
 
 FloatArray = NDArray[np.float64]
@@ -33,10 +34,10 @@ BoolArray = NDArray[np.bool_]
 
 
 def shading_of(options: Options) -> Shading | None:
-    """Return the gradients that options allow, at their price; None where layers are solid.
+    """Return the kinds of gradients that the options allow, and their price; None where layers are solid.
 
-    A number costs its share of a layer's price: `prune`, or `path_gain` where that decides on layers. Where the colours
-    of the drawing are counted or given, `colors` and `palette`, there are none: a gradient has any number of them.
+    A number costs its share of a layer's price: `prune`, or `path_gain` where that decides on layers. With `colors` or
+    `palette` there are no gradients, as a gradient has any number of colours.
     """
     if options.fills == "solid" or options.colors or options.palette:
         return None
@@ -45,10 +46,10 @@ def shading_of(options: Options) -> Shading | None:
 
 
 def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
-    """Return the drawing with the fills that are worth most to its `free` (N,) layers, as the options allow.
+    """Refit the fills of `free` (N,) layers, solid or gradient, where another fill lowers the cost.
 
-    What a layer should be at a pixel is what it is and the rest of the error, over its share of the pixel's colour;
-    looked at are pixels that are nearly its own. A layer over nothing may change its opacity, too.
+    The colour wanted of a layer at a pixel is its present colour plus the residual over its share of the pixel. Only
+    pixels that belong almost wholly to the layer are used. A layer over transparency may also change its opacity.
     """
     shading = shading_of(context.options)
     if shading is None or not free.any():
@@ -95,12 +96,12 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
 
 
 def _squared(residual: FloatArray) -> float:
-    """Return the squared error that is seen, of a residual (H, W, C), summed over pixels and channels."""
+    """Return the visible squared error of a residual (H, W, C), summed over pixels and channels."""
     return float(np.square(visible_error(residual)).sum())
 
 
 def _filled(drawing: Drawing, paints: dict[int, Paint], opaque: bool) -> Drawing:
-    """Return the drawing with other fills of some layers; where asked for, of even opacity."""
+    """Return the drawing with other fills of some layers, optionally with uniform opacity."""
     parts, colors = [], drawing.colors.copy()
     for layer in range(drawing.num_layers):
         paint = paints.get(layer)
@@ -121,23 +122,23 @@ def _opaque(paint: Paint) -> Fills:
 
 
 def _numbers(fills: Fills) -> int:
-    """Numbers that describe some layers' fills."""
+    """Count the numbers that describe the fills of some layers."""
     solid = int(np.count_nonzero(fills.kinds == SOLID))
     geometry = sum(GEOMETRY_NUMBERS[kind] for kind in fills.kinds.tolist())
     return geometry + COLOR_NUMBERS * solid + STOP_NUMBERS * len(fills.stop_positions)
 
 
 def _colors_at(drawing: Drawing, layer: int, points: FloatArray) -> FloatArray:
-    """Return the straight RGBA of a layer at points: (n, 4)."""
+    """Evaluate the straight RGBA of a layer at points: (n, 4)."""
     if drawing.fills.kinds[layer] == SOLID:
         return np.broadcast_to(drawing.colors[layer], (len(points), 4))
     return drawing.fills.colors_at(layer, points)
 
 
 def _wanted(now: FloatArray, residual: FloatArray, alone: bool) -> tuple[FloatArray, FloatArray]:
-    """Return the straight RGBA (n, 4) that a layer of colours `now` should have, and how much each pixel weighs.
+    """Return the straight RGBA (n, 4) wanted of a layer of colours `now`, and the weight of each pixel.
 
-    Where nothing lies below, its premultiplied colour takes up the residual; else its opacity stays.
+    Where nothing lies below, the layer's premultiplied colour absorbs the residual; elsewhere its opacity stays.
     """
     opacity = now[:, 3:]
     if alone:
@@ -150,7 +151,7 @@ def _wanted(now: FloatArray, residual: FloatArray, alone: bool) -> tuple[FloatAr
 
 
 def _transmittances(alphas: NDArray[np.float32], count: int) -> list[FloatArray]:
-    """Return the transmittance of all layers before each of the first `count`."""
+    """Return the product of (1 - alpha) of the layers before each of the first `count`."""
     through = [np.ones(alphas.shape[1:])]
     for alpha in alphas[: count - 1]:
         interruption.check()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fills over each other on one outline: a gradient, and above it others of one colour each that fade out.
+"""Overlaid fills: a gradient, and above it on the same outline fills of one colour that fade out.
 
-Icons are shaded so: a shape, and again the same shape in the colour of a shadow or a gleam that is opaque at one end
-and fades away. With the fill b(p) below, an overlay of the colour o and the opacity a(p), a ramp, shows
+Icons are often shaded by repeating a shape in the colour of a shadow or a gleam that is opaque at one end and fades to
+transparent. Over the fill b(p), an overlay of colour o and opacity a(p), a ramp, shows
 
     c(p) = (1 - a(p)) b(p) + a(p) o.
 
@@ -28,22 +28,22 @@ BoolArray = NDArray[np.bool_]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class OverlayRules:
-    """Search for fills over each other.
+    """Parameters of the search for overlaid fills.
 
     Values: chosen by hand on shaded icons; no comparison of other values is recorded.
     """
 
-    most: int = 3  # fills above the lowest one
-    bases: int = 4  # lowest fills that are tried, those that explain most pixels
-    directions: int = 8  # from which the pixels are looked at that show the lowest fill alone
-    seen_share: float = 0.4  # share of the pixels that is taken from each direction
-    rounds: int = 4  # of fitting one fill to the pixels that it explains
-    turns: int = 3  # of fitting all fills, each given the others
-    hopeless: float = 4.0  # cost after a turn, in costs of another explanation, from which on it is given up
-    max_pixels: int = 3000  # that are looked at
-    missed: float = 3.5 / 255  # by which a fill may miss a pixel that it explains, in any channel
-    steepest: float = 12 / 255  # change of colour per px, at most: a steeper ramp draws an edge between two regions
-    clear: float = 0.02  # least transmittance of the fills above that tells a colour below them
+    most: int = 3  # most overlays above the lowest fill
+    bases: int = 4  # candidate lowest fills tried, those that explain most pixels
+    directions: int = 8  # directions from which pixels are taken that may show the lowest fill alone
+    seen_share: float = 0.4  # share of the pixels taken from each direction
+    rounds: int = 4  # rounds of refitting one fill to the pixels that it explains
+    turns: int = 3  # rounds of fitting each fill given the others
+    hopeless: float = 4.0  # ratio of the cost after a round to `most` above which the search is abandoned
+    max_pixels: int = 3000  # most pixels used
+    missed: float = 3.5 / 255  # largest error, in any channel, at a pixel that a fill explains
+    steepest: float = 12 / 255  # largest change of colour per px: a steeper ramp draws an edge between two regions
+    clear: float = 0.02  # least transmittance of the fills above at which a colour below them can be recovered
 
 
 OVERLAYS = OverlayRules()
@@ -52,7 +52,7 @@ OVERLAYS = OverlayRules()
 def fit_overlaid(
     points: FloatArray, colors: FloatArray, price: float, kinds: Sequence[str], most: float = np.inf
 ) -> Paint | None:
-    """Fit several fills over each other, of the least squared error and price; None where these are `most` or more.
+    """Fit overlaid fills that minimize squared error plus price; None if the cost is `most` or more.
 
     Parameters
     ----------
@@ -61,11 +61,11 @@ def fit_overlaid(
     colors : (n, 4)
         Straight RGBA wanted there, opaque.
     price : float
-        Of a number, squared error.
+        Price of a number, squared error.
     kinds : sequence of str
-        Gradients that may be taken, of "linear" and "radial".
+        Kinds of gradients allowed, of "linear" and "radial".
     most : float
-        Squared error and price of another explanation, as one layer more each: with its numbers of an outline.
+        Cost of the alternative explanation; an overlay costs as much as a layer, numbers of an outline included.
     """
     pixels = Pixels(points, colors, np.ones(len(points))).thinned(OVERLAYS.max_pixels)
     best: Paint | None = None
@@ -79,25 +79,25 @@ def fit_overlaid(
 
 
 def _cost(paint: Paint, price: float) -> float:
-    """Return the squared error and price of the layer or layers of a fill."""
+    """Return the squared error plus price of the layer or layers of a fill."""
     return paint.error + price * (paint.numbers + LAYER_NUMBERS - COLOR_NUMBERS)
 
 
 def _missed(paint: Paint, pixels: Pixels) -> FloatArray:
-    """Return what a fill misses of each pixel, of any channel: (n,)."""
+    """Return the largest error of a fill at each pixel, over the channels: (n,)."""
     return np.asarray(np.abs(paint.at(pixels.points) - pixels.colors).max(axis=1))
 
 
 def _with_error(paint: Paint, pixels: Pixels) -> Paint:
-    """Return a fill with the squared error that it leaves, and its numbers' place in the price."""
+    """Return a fill with its squared error over the pixels."""
     error = float(pixels.weights @ np.square(paint.at(pixels.points) - pixels.colors).sum(axis=1))
     return dataclasses.replace(paint, error=error)
 
 
 def _bases(pixels: Pixels, price: float, kinds: Sequence[str]) -> Iterator[Paint]:
-    """Yield fills each of which explains many pixels, those that explain most first.
+    """Yield candidate lowest fills, those that explain most pixels first.
 
-    Each starts from the pixels on one side, and goes on with those that it explains.
+    Each starts from the pixels on one side, and is refitted to the pixels that it explains.
     """
     center = pixels.points.mean(axis=0)
     turns = 2 * np.pi * np.arange(OVERLAYS.directions) / OVERLAYS.directions
@@ -119,7 +119,7 @@ def _bases(pixels: Pixels, price: float, kinds: Sequence[str]) -> Iterator[Paint
 
 
 def _overlaid(base: Paint, pixels: Pixels, price: float, kinds: Sequence[str], most: float) -> Paint:
-    """Return a fill with as many others over it as pay for themselves."""
+    """Add overlays to a fill while each lowers the cost."""
     best = _with_error(base, pixels)
     for _ in range(OVERLAYS.most):
         added = _overlay(best, pixels, None, price, kinds)
@@ -142,9 +142,9 @@ def _overlaid(base: Paint, pixels: Pixels, price: float, kinds: Sequence[str], m
 def _overlay(
     below: Paint, pixels: Pixels, color: FloatArray | None, price: float, kinds: Sequence[str]
 ) -> Paint | None:
-    """Return a fill of one colour and of a ramp of opacities that shows the pixels best over another fill.
+    """Fit an overlay, one colour with a ramp of opacity, to the residual of the fills below.
 
-    Its colour is that for which what the fill below misses points to it everywhere.
+    Its colour is the point to which the residuals of the fill below converge.
     """
     from scipy.optimize import least_squares
 
@@ -182,7 +182,7 @@ def _steepness(paint: Paint) -> float:
 
 
 def _refitted(paint: Paint, place: int, pixels: Pixels, price: float, kinds: Sequence[str]) -> Paint:
-    """Return fills of which one, 0 for the lowest, is fitted again, what is missed counting less."""
+    """Refit one of several overlaid fills, 0 being the lowest, with outliers downweighted."""
     clear, above = np.ones((len(pixels.points), 1)), np.zeros((len(pixels.points), 3))
     for other in paint.over[place:]:
         rgba = other.at(pixels.points)
@@ -205,7 +205,7 @@ def _refitted(paint: Paint, place: int, pixels: Pixels, price: float, kinds: Seq
 
 
 def _polished(paint: Paint, pixels: Pixels) -> Paint:
-    """Return fills over each other with all their numbers but the places of stops fitted together."""
+    """Refine all parameters of overlaid fills jointly, except the offsets of stops."""
     from scipy.optimize import least_squares
 
     roots = np.sqrt(pixels.weights / pixels.weights.max())[:, None]
@@ -232,7 +232,7 @@ def _geometry(paint: Paint) -> FloatArray:
 
 
 def _of_numbers(numbers: FloatArray, paint: Paint) -> Paint:
-    """Return fills like some others, with other numbers."""
+    """Return overlaid fills with other parameters."""
     rest = numbers
 
     def take(count: int) -> FloatArray:

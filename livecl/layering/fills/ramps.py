@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gradient fill fitting, in closed form: one colour, a linear or a radial gradient for pixels, each at its price.
+"""Gradient fill fitting: one colour, a linear or a radial gradient for pixels, by least squares and description length.
 
-The unit of a price is squared error, summed over the pixels and colour channels. A fill is described by numbers: 4 of a
-colour; 4 of a line or 6 of an ellipse, and 5 of each stop. Of all fills the one is taken whose squared error and
-numbers together cost least.
+Prices are in squared error, summed over the pixels and colour channels. A fill is described by numbers: 4 for a colour;
+4 for the line of a linear gradient or 6 for the ellipse of a radial one, and 5 for each stop. The fill of least squared
+error plus price of its numbers is chosen.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from livecl.layering.fills.stops import STOP_NUMBERS, Pixels, Ramps, fit_ramp
 
 FloatArray = NDArray[np.float64]
 
-#: Numbers of a layer of one colour and four segments: `Options.prune` buys these.
+#: Numbers of a layer of one colour and four segments, which together cost `Options.prune`.
 LAYER_NUMBERS = 28
-#: Numbers that describe the geometry of each kind, by kind; those of one colour.
+#: Numbers that describe the geometry of a fill, by kind; numbers of a colour.
 GEOMETRY_NUMBERS, COLOR_NUMBERS = (0, 4, 6), 4
-#: Pixels of the smallest picture on which a number's price is a share of the whole: 240 x 240.
+#: Pixels of the smallest picture in which the price of a number is a share of the picture: 240 x 240.
 LEAST_PRICED = 57600
-#: Most pixels that a fit looks at, and that the search for a geometry looks at.
+#: Most pixels used by a fit, and by the search for a geometry.
 MAX_PIXELS, SEARCH_PIXELS = 4000, 400
-#: Mean squared error, of a channel, at which a fit is as good as one can be: a third of a level of 255, and a little.
+#: Mean squared error of a channel at which a fit cannot improve: rounding to 8 bits (.29 of a level), with a margin.
 NOISE = (0.45 / 255) ** 2
-#: Centres tried along each axis for radial gradients, the reach of the grid in sides of the region's box, and the
-#: smallest step of the search: px of a centre.
+#: Centres tried along each axis for radial gradients; extent of the grid in sides of the region's box; smallest step of
+#: the search for a centre, px.
 CENTERS, REACH, SMALLEST_STEP = 5, 1.0, 0.1
-#: Pixels by which the centres of the grid are compared.
+#: Pixels used to compare the centres of the grid.
 GRID_PIXELS = 100
-#: Rounds of a pattern search, at most, and the share of the error under which a round counts as no progress.
+#: Most rounds of a pattern search; relative decrease of the error below which a round counts as no progress.
 SEARCH_ROUNDS, LEAST_PROGRESS = 60, 0.002
-#: Directions of stretching that an ellipse is looked for in.
+#: Directions of stretching tried for an ellipse.
 STRETCHES = 8
 #: Largest ratio of the axes of an ellipse.
 MOST_STRETCHED = 6.0
@@ -45,7 +45,7 @@ MOST_STRETCHED = 6.0
 
 @dataclasses.dataclass(frozen=True)
 class Shading:
-    """Gradients that layers may have: their kinds, of "linear" and "radial", and the price of a number.
+    """Kinds of gradients that layers may have, "linear" and "radial", and the price of a number.
 
     The price is in mean squared error over all pixels and three channels.
     """
@@ -56,14 +56,15 @@ class Shading:
     def price_in(self, num_pixels: int) -> float:
         """Return the price of a number in a picture, as squared error summed over pixels and channels.
 
-        On small pictures it stays that of `LEAST_PRICED` pixels: there, a pixel of an edge would pay for a gradient.
+        In pictures of fewer than `LEAST_PRICED` pixels it is the price for that size: otherwise a single edge pixel
+        would pay for a gradient.
         """
         return self.price * 3 * max(num_pixels, LEAST_PRICED)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Paint:
-    """A fill of one layer that was fitted to pixels.
+    """Fill fitted to the pixels of one layer.
 
     Attributes
     ----------
@@ -91,18 +92,18 @@ class Paint:
 
     @property
     def numbers(self) -> int:
-        """Numbers that describe it, and the layers above it."""
+        """Count of the numbers that describe it, and the overlays above it."""
         own = GEOMETRY_NUMBERS[self.kind] + (STOP_NUMBERS * len(self.stops) or COLOR_NUMBERS)
         return own + sum(LAYER_NUMBERS - COLOR_NUMBERS + paint.numbers for paint in self.over)
 
     @property
     def solid(self) -> bool:
-        """Whether it shows one colour."""
+        """Whether it is a single colour."""
         return self.kind == SOLID and not self.over
 
     @property
     def fills(self) -> Fills:
-        """The fill as that of one layer, without those above it."""
+        """The fill as that of one layer, without overlays."""
         if self.kind == SOLID:
             return Fills.solid(1)
         first, second, third = self.geometry
@@ -111,12 +112,12 @@ class Paint:
         return Fills.radial(first, second, third, self.stops, self.positions)
 
     def shifted(self, offset: FloatArray) -> Paint:
-        """Return the fill moved by (2,), px."""
+        """Return the fill translated by (2,), px."""
         geometry = self.geometry + offset * (np.arange(3) < GEOMETRY_NUMBERS[self.kind] // 2)[:, None]
         return dataclasses.replace(self, geometry=geometry, over=tuple(paint.shifted(offset) for paint in self.over))
 
     def at(self, points: FloatArray) -> FloatArray:
-        """Return the straight RGBA (n, 4) at points (n, 2), px; below fills above it, it is opaque."""
+        """Evaluate the straight RGBA (n, 4) at points (n, 2), px; opaque if there are overlays."""
         if self.kind == SOLID:
             seen = np.broadcast_to(self.color, (len(points), 4))
         else:
@@ -134,10 +135,10 @@ def fit_paint(
     price: float,
     kinds: Sequence[str] = KINDS,
 ) -> Paint:
-    """Fit the fill of least squared error and price to straight RGBA (n, 4) wanted at pixel centres (n, 2).
+    """Fit a fill to the straight RGBA (n, 4) wanted at pixel centres (n, 2), by least squared error plus price.
 
-    `weights` (n,) are those of squared errors, `price` that of a number; of "solid", "linear" and "radial" the `kinds`
-    may be taken, solid always.
+    `weights` (n,) weigh the squared errors, `price` is that of a number, and `kinds` are those of "solid", "linear" and
+    "radial" allowed; solid always is.
 
     Notes
     -----
@@ -167,7 +168,7 @@ def _solid(pixels: Pixels) -> Paint:
 
 
 def _painted(kind: int, geometry: FloatArray, pixels: Pixels, price: float) -> Paint:
-    """Return the gradient of a geometry, by least squares, and its error."""
+    """Fit the stops of a gradient of given geometry by least squares; return it and its error."""
     positions, stops = fit_ramp(place_of(kind, geometry, pixels.points), pixels, price)
     positions = np.clip(positions, 0, 1)
     paint = Paint(kind, stops.mean(axis=0), geometry, positions, stops, 0.0)
@@ -208,7 +209,7 @@ def _linear(pixels: Pixels, price: float) -> list[Paint]:
 
 
 def _radial(pixels: Pixels, price: float) -> list[Paint]:
-    """Return the best gradient around a circle's centre, and around an ellipse's."""
+    """Fit the best radial gradient on circles, then on ellipses."""
     low, high = pixels.points.min(axis=0), pixels.points.max(axis=0)
     span, few = np.maximum(high - low, 1.0), pixels.thinned(SEARCH_PIXELS)
     grid = np.stack(np.meshgrid(*[np.linspace(-REACH, REACH, 2 * CENTERS - 1)] * 2), axis=-1).reshape(-1, 2) / 2
@@ -243,9 +244,9 @@ def _radial(pixels: Pixels, price: float) -> list[Paint]:
 
 
 def _quadric(pixels: Pixels) -> list[FloatArray]:
-    """Return the ellipse whose like the level lines of the colours' quadratic regression are, if they are ellipses.
+    """Fit an ellipse to the level lines of the colours' quadratic regression, if these are ellipses.
 
-    The colours are those along their principal axis: s = q(p), q = (p - c)^T Q (p - c) + a constant.
+    The colours are projected on their principal axis: s = q(p), q = (p - c)^T Q (p - c) + a constant.
     """
     middle = np.average(pixels.points, axis=0, weights=pixels.weights)
     x, y = (pixels.points - middle).T
@@ -263,9 +264,10 @@ def _quadric(pixels: Pixels) -> list[FloatArray]:
 
 
 def _round(shapes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the matrices ((xx, xy), (xy, yy)), (G,) each, that make circles of ellipses (center, stretches a and b).
+    """Return the matrices ((xx, xy), (xy, yy)), (G,) each, that map ellipses (center, stretches a and b) to circles.
 
-    Each is the exponential of [[a, b], [b, -a]]: no angle, and nothing special about a circle.
+    Each is the exponential of [[a, b], [b, -a]], a parametrization without an angle and without a singularity at the
+    circle.
     """
     a, b = shapes.T[2:]
     size = np.hypot(a, b)
@@ -275,7 +277,7 @@ def _round(shapes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _ellipse(shape: FloatArray, points: FloatArray) -> FloatArray | None:
-    """Return centre and ends of the axes (3, 2) of the ellipse about all points."""
+    """Return the centre and the ends of the axes (3, 2) of an ellipse around all points."""
     xx, xy, yy = (float(number[0]) for number in _round(shape[None]))
     matrix = np.array([[xx, xy], [xy, yy]])
     radius = float(np.linalg.norm((points - shape[:2]) @ matrix, axis=1).max())
@@ -289,9 +291,9 @@ def _ellipse(shape: FloatArray, points: FloatArray) -> FloatArray | None:
 def _pattern_searches(
     errors: Callable[[FloatArray], FloatArray], starts: FloatArray, steps: FloatArray, smallest: float
 ) -> FloatArray:
-    """Minimize from several starts (S, n) by the best step along a coordinate.
+    """Minimize by pattern search (best step along a coordinate) from several starts (S, n).
 
-    Steps are halved where none helps, down to a share `smallest` of the first.
+    Steps are halved when none improves, down to a share `smallest` of the first.
     """
     moves = np.concatenate([np.diag(steps), -np.diag(steps)])[np.tile(steps > 0, 2)]
     best, least, shares = starts.copy(), errors(starts), np.ones(len(starts))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stops of a gradient by least squares: the colours at knots of a linear ramp, and how many knots are worth it."""
+"""Fit the stops of a gradient by least squares, adding stops while each lowers the cost."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-#: Numbers that describe a stop: its place and RGBA.
+#: Numbers that describe a stop: its offset and RGBA.
 STOP_NUMBERS = 5
-#: Knots of the ramp by which geometries are compared, and bins of it that pixels are added up in.
+#: Knots of the ramp by which geometries are compared; bins in which pixels are summed.
 KNOTS, BINS = 7, 96
-#: Most stops of a gradient; places tried for a new one, and rounds of a finer search about the best.
+#: Most stops of a gradient; offsets tried for a new one; rounds of refinement around the best.
 MOST_STOPS, PLACES, REFINEMENTS = 6, 11, 3
 
 _EVENLY = np.linspace(-1, 1, PLACES)
@@ -29,15 +29,15 @@ class Pixels:
     weights: FloatArray
 
     def thinned(self, most: int) -> Pixels:
-        """Return about `most` of the pixels at even steps, with the weight of all."""
+        """Subsample about `most` of the pixels at even steps, keeping the total weight."""
         step = -(-len(self.points) // most)
         return Pixels(self.points[::step], self.colors[::step], self.weights[::step] * step)
 
 
 def fit_ramp(t: FloatArray, pixels: Pixels, price: float) -> tuple[FloatArray, FloatArray]:
-    """Return places and colours of the stops of a ramp over t, by least squares: each more stop where it is worth it.
+    """Fit the offsets and colours of the stops of a ramp over t, by least squares, adding stops where it pays.
 
-    Decided on pixels added up in bins of t; a new stop goes where it helps most, and is moved from there.
+    Fitted to pixels summed in bins of t; a new stop starts where it helps most, and its offset is refined from there.
     """
     low, high = float(t.min()), float(t.max())
     few, *binned = _binned(t, pixels)
@@ -63,7 +63,7 @@ def fit_ramp(t: FloatArray, pixels: Pixels, price: float) -> tuple[FloatArray, F
 
 
 def _binned(t: FloatArray, pixels: Pixels) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return mean place, weight and mean colour of the bins of t that hold pixels."""
+    """Sum the pixels in bins of t: mean offset, weight and mean colour of each bin that holds pixels."""
     low, high = float(t.min()), float(t.max())
     at = np.minimum(((t - low) * (BINS / max(high - low, 1e-12))).astype(np.int64), BINS - 1)
     shares = np.bincount(at, pixels.weights, BINS)
@@ -74,7 +74,7 @@ def _binned(t: FloatArray, pixels: Pixels) -> tuple[FloatArray, FloatArray, Floa
 
 
 def _hats(knots: FloatArray, places: FloatArray) -> FloatArray:
-    """Return the shares of the stops at knots (G, K) in the colours of linear ramps at places (m,): (G, m, K)."""
+    """Evaluate the linear hat functions of stops at knots (G, K), at offsets (m,): (G, m, K)."""
     rise = np.empty((len(knots), len(places), knots.shape[1] + 1))  # of each piece, how much of it lies behind
     rise[..., 0], rise[..., -1] = 1, 0
     inner = rise[..., 1:-1]
@@ -85,7 +85,7 @@ def _hats(knots: FloatArray, places: FloatArray) -> FloatArray:
 
 
 class Ramps:
-    """Ramps of evenly placed stops through the colours of some pixels, for one geometry or many."""
+    """Ramps of evenly spaced stops through the colours of some pixels, for one geometry or many."""
 
     def __init__(self, pixels: Pixels) -> None:
         weights, colors = pixels.weights, pixels.colors
@@ -96,7 +96,7 @@ class Ramps:
         self._least = 1e-6 * weights.sum() * np.eye(KNOTS)  # knots that no pixel is near keep to the middle
 
     def errors(self, t: FloatArray) -> FloatArray:
-        """Return the squared error that is left with places t (G, n) of the pixels: (G,)."""
+        """Return the residual squared error for offsets t (G, n) of the pixels: (G,)."""
         hats = _even_hats(t)
         gram = (hats * self._weights) @ hats.transpose(0, 2, 1) + self._least
         sums = hats @ self._weighted
@@ -104,7 +104,7 @@ class Ramps:
 
 
 def _even_hats(t: FloatArray) -> FloatArray:
-    """Return the shares of evenly placed stops at places t (G, n): (G, KNOTS, n)."""
+    """Evaluate the hat functions of evenly spaced stops at offsets t (G, n): (G, KNOTS, n)."""
     low, high = t.min(axis=1, keepdims=True), t.max(axis=1, keepdims=True)
     at = (t - low) * ((KNOTS - 1) / np.maximum(high - low, 1e-12))
     hats = at[:, None] - np.arange(KNOTS)[:, None]
@@ -114,7 +114,7 @@ def _even_hats(t: FloatArray) -> FloatArray:
 
 
 class StopFit:
-    """Stops fitted to colours (m, 4) of some weights (m,) by least squares, for one ramp or many."""
+    """Least-squares fit of stops to weighted colours (m, 4), for one ramp or many."""
 
     def __init__(self, weights: FloatArray, colors: FloatArray) -> None:
         self._weights, whole = weights, weights.sum()
@@ -124,7 +124,7 @@ class StopFit:
         self._least = 1e-6 * whole  # knots that no pixel is near keep to the middle
 
     def stops(self, hats: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the errors (G,) and the colours (G, K, 4) of stops whose shares in the pixels are (G, m, K)."""
+        """Solve for the colours (G, K, 4) of stops with hat functions (G, m, K); return the errors (G,) and colours."""
         turned = hats.transpose(0, 2, 1) * self._weights  # (G, K, m)
         gram = turned @ hats + self._least * np.eye(hats.shape[2])
         sums = turned @ self._offset

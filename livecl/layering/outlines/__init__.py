@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outlines of regions: traced, continued behind what lies across, completed to whole shapes, and priced."""
+"""Outlines of regions: traced, continued behind occluders, completed to whole shapes, and priced."""

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Amodal completion: continue the outline of a partly hidden shape below what covers it, and join its visible parts.
+"""Amodal completion: continue the outline of an occluded shape behind its occluder, and join visible parts.
 
 A gap in an outline is closed by a straight line, by a smooth curve in the directions of its two ends (good
-continuation), or by the corner in which their tangents meet, whichever makes the cheapest shape; it must run below what
-lies in front. Two parts are joined where both outlines continue into each other ("relatable" ends: Kellman and
-Shipley 1991).
+continuation), or by the corner in which their tangents meet, whichever makes the cheapest shape; the curve must run
+behind the layers in front. Two parts are joined where both outlines continue into each other ("relatable" ends: Kellman
+and Shipley 1991).
 """
 
 from __future__ import annotations
@@ -27,28 +27,28 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: Points of the shortest gap; points from which the direction of an end is fitted.
+#: Points of the shortest gap; points to which the direction of an end is fitted.
 SHORTEST_GAP, FITTED = 3, 12
-#: Points on both sides of the end of a gap by which it is seen how the outline turns there.
+#: Points on each side of a gap's end from which the turning of the outline there is measured.
 REACH = 16
-#: Share of a made-up curve that must lie below what covers it.
+#: Share of a closing curve that must lie behind its occluder.
 COVERED = 0.97
-#: Longest gaps of a join, as a share of the outlines joined, or of one outline cut in two by it.
+#: Longest gaps bridged by a join, as a share of both outlines, and by splitting an outline in two, as a share of it.
 LONGEST_GAP, LONGEST_CUT = 0.6, 0.5
-#: Area px^2 that a completed outline may wind around otherwise than a simple one: where made-up curves cross it has two
-#: lobes, of which its path would keep the larger.
+#: Largest area, px^2, in which a completed outline may cross itself: crossing curves make two lobes, of which the path
+#: would keep the larger.
 MOST_CROSSED = 1.0
-#: How far a shape goes on below one in front that it ends at, px.
+#: Width of the trap, px: how far a shape extends behind one in front that it ends at.
 TRAP = 1.25
 
 
 def completed_contour(
     contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
 ) -> tuple[Contour, float]:
-    """Return a contour, outer outline or hole, with the gaps closed where that is cheaper, and its price.
+    """Complete a contour, outer outline or hole, where that is cheaper; return it and its price.
 
-    It may continue `below` these regions (K + 3,); made-up curves may run in those with `room` (K + 3,), see
-    :meth:`Outlines.room`.
+    Its gaps are closed one by one, or it becomes a circle or an ellipse. It may continue behind the regions `below` (K
+    + 3,); hidden curves may run in those with `room` (K + 3,), see :meth:`Outlines.room`.
     """
     closed, price = _gaps_closed(contour, below, room, outlines, prices)
     hidden = below[contour.across]
@@ -63,9 +63,9 @@ def completed_contour(
 
 
 def filled_out(contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices) -> Contour:
-    """Return a completed contour; the convex hull of its visible part, below the rest, where no gap closes by itself.
+    """Return a completed contour, or the convex hull of its visible part where no single gap closes.
 
-    That hull is what several gaps become together, such as those that a lattice leaves. It is no evidence of order: any
+    The hull closes several gaps at once, such as those that a lattice leaves. It is no evidence of depth order, as any
     region has one. Arguments as of :func:`completed_contour`.
     """
     whole, price = completed_contour(contour, below, room, outlines, prices)
@@ -82,7 +82,7 @@ def filled_out(contour: Contour, below: BoolArray, room: BoolArray, outlines: Ou
 
 
 def _points_between(inner: Contour, outer: Contour) -> FloatArray:
-    """Return the centres (n, 2) of pixels within one contour, and not within another."""
+    """Return the centres (n, 2) of pixels inside one contour and outside another."""
     from skimage.measure import points_in_poly
 
     low, high = np.floor(outer.points.min(axis=0)), np.ceil(outer.points.max(axis=0))
@@ -100,7 +100,7 @@ def _whole_price(whole: Contour, seen: Contour, prices: Prices) -> float:
 def _around(
     contour: Contour, points: FloatArray | None, below: BoolArray, room: BoolArray, outlines: Outlines
 ) -> Contour | None:
-    """Return a closed polyline (n, 2), if any, as the whole outline of a contour: hidden where it was not seen."""
+    """Return a closed polyline (n, 2), if any, as the whole outline of a contour: hidden where it was not visible."""
     if points is None:
         return None
     hidden = below[contour.across]
@@ -115,7 +115,7 @@ def _around(
 
 
 def _hull(points: FloatArray) -> FloatArray | None:
-    """Return the convex hull of points (n, 2) as a closed polyline at steps of about 1 px; None of a line."""
+    """Return the convex hull of points (n, 2) as a closed polyline at steps of about 1 px; None for a line."""
     try:
         corners = points[ConvexHull(points).vertices]
     except QhullError:
@@ -129,10 +129,10 @@ def _hull(points: FloatArray) -> FloatArray | None:
 def _gaps_closed(
     contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
 ) -> tuple[Contour, float]:
-    """Return a contour with each gap closed by the curve that makes it cheapest, where that saves, and its price.
+    """Close each gap of a contour by the cheapest curve, where that saves; return the contour and its price.
 
-    Accidents tell curves from each other. They are no reason to leave a gap as it is: an outline that ends just where
-    the one in front runs is an accident, too.
+    Accidents (coincidences of viewpoint) rank the curves among each other. They are no reason to leave a gap open: an
+    outline that ends exactly along the one in front is an accident, too.
     """
     price, done = outline_price(contour.points, prices), 0
     area = abs(contour.area)
@@ -164,7 +164,7 @@ def _gaps_closed(
 def joined_contours(
     first: Contour, second: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
 ) -> tuple[Contour, float] | None:
-    """Return two contours as one, joined below what covers both, and its price; None where their ends do not relate."""
+    """Join two contours behind their occluder; return the result and its price, or None if unrelatable."""
     best: tuple[Contour, float] | None = None
     seen = abs(first.area) + abs(second.area)
     runs = [[run for run in contour.runs(below) or [] if run[1] >= SHORTEST_GAP] for contour in (first, second)]
@@ -189,7 +189,7 @@ def joined_contours(
 def cut_in_two(
     contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines, prices: Prices
 ) -> list[Contour] | None:
-    """Return the two contours that a contour becomes whose own ends are joined below a cover: a C closes to a ring."""
+    """Split a contour in two by joining its own ends behind an occluder: a C closes to a ring."""
     best: tuple[list[Contour], float] | None = None
     runs = [run for run in contour.runs(below) or [] if run[1] >= SHORTEST_GAP]
     count = len(contour)
@@ -212,9 +212,9 @@ def cut_in_two(
 
 
 def trapped(contour: Contour, below: BoolArray, room: BoolArray, outlines: Outlines) -> FloatArray:
-    """Return the points of a contour, moved a little below what lies in front where it ends at it.
+    """Extend a contour slightly behind the shapes in front where it ends at them (printers' trapping).
 
-    Printers call it a trap: no ground shines through between the two, and no pixel decides on the hidden outline.
+    No ground shines through between the two, and no pixel constrains the hidden outline.
     """
     points = contour.points
     along = np.roll(points, -2, axis=0) - np.roll(points, 2, axis=0)
@@ -230,12 +230,12 @@ def trapped(contour: Contour, below: BoolArray, room: BoolArray, outlines: Outli
 
 
 def _others(contour: Contour, start: int, length: int) -> IntArray:
-    """Indices of the points outside a run, in their order from its end on."""
+    """Return the indices of the points outside a run, in order from its end."""
     return (start + length + np.arange(len(contour) - length)) % len(contour)
 
 
 def _spliced(*pieces: tuple[Contour, IntArray, FloatArray]) -> Contour:
-    """Return one contour of pieces of others, each followed by a made-up curve."""
+    """Return one contour made of pieces of others, each followed by a closing curve."""
     points, across, straight = [], [], []
     for contour, kept, curve in pieces:
         points += [contour.points[kept], curve]
@@ -251,14 +251,14 @@ def _simple(contour: Contour) -> bool:
 
 
 def _silhouette(contour: Contour, start: int, length: int) -> bool:
-    """Whether at an end of a gap the outline goes straight on as that of the region across: a common silhouette."""
+    """Whether at an end of a gap the outline continues straight as that of the occluder: a common silhouette."""
     count = len(contour)
     ends = ((start, BEFORE), ((start + length) % count, AFTER))
     return any(contour.straight[(i + d) % count] == kind for i, kind in ends for d in (-1, 0, 1))
 
 
 def _gap(contour: Contour, start: int, length: int) -> Gap:
-    """Return the ends of the run and the directions of the outline there."""
+    """Return the ends of a run and the directions of the outline there."""
     points, count = contour.points, len(contour)
     reach = min(FITTED, count - length)
     steps = np.arange(1 if reach > 5 else 0, reach)
@@ -268,11 +268,11 @@ def _gap(contour: Contour, start: int, length: int) -> Gap:
 
 
 def _accidents(contour: Contour, start: int, length: int, curve: FloatArray) -> float:
-    """Angle, radians, by which an outline turns, or begins to turn, just where a run of it gives way to a curve (n, 2).
+    """Return the total angle, radians, by which an outline turns, or begins to turn, at the ends of a closing curve.
 
-    That a shape has a corner where it happens to disappear below another, or goes from straight to round there, is a
-    coincidence: the principle of the generic view. Half the curve is held against each end, going on as it did within
-    `REACH` px.
+    A corner exactly where a shape disappears behind another, or a change from straight to curved there, is a
+    coincidence: the principle of the generic view. Half the curve (n, 2) is compared with the extrapolation of each
+    end, within `REACH` px.
     """
     points, count = contour.points, len(contour)
     reach = min(REACH, count - length)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Good continuation: directions in which outlines end, and the curves by which they may go on from one end to another.
+"""Good continuation: directions of the ends of outlines, and the curves that connect one end with another.
 
 Lines, smooth curves in the directions of both ends, and corners in which their tangents meet ("relatable" ends: Kellman
 and Shipley 1991).
@@ -16,23 +16,24 @@ from numpy.typing import NDArray
 from livecl.geometry.bezier import cross
 
 FloatArray = NDArray[np.float64]
-#: Start and end of a gap with the directions in which the outline runs there; None where it is too short to tell.
+#: Start and end of a gap with the directions in which the outline runs there; None where it is too short to have one.
 Gap = tuple[FloatArray, FloatArray | None, FloatArray, FloatArray | None]
 
-#: Cosine of the largest angle between an end and the way to the other end; shorter gaps than this, px, need not comply.
+#: Cosine of the largest angle between the direction of an end and the way to the other end; gaps shorter than `SHORT`,
+#: px, are exempt.
 AHEAD, SHORT = 0.75, 4.0
 
 
 def direction_at_end(points: FloatArray) -> FloatArray | None:
-    """Return the unit vector of a run of points (n, 2) at its last one, from a parabola fitted to it, if it has one."""
+    """Return the unit tangent of a run of points (n, 2) at its last one, from a fitted parabola, if it has one."""
     found = tangent(points)
     return None if found is None else found[0]
 
 
 def tangent(points: FloatArray) -> tuple[FloatArray, float] | None:
-    """Direction of a run of points at its last one, a unit vector, and its curvature, 1/px: of a parabola fitted to it.
+    """Return the unit tangent and the curvature, 1/px, of a run of points at its last one, from a fitted parabola.
 
-    Of fewer than seven points, a line: no curvature.
+    Fewer than seven points give a line, of curvature 0.
     """
     if len(points) < 2:
         return None
@@ -51,16 +52,16 @@ def tangent(points: FloatArray) -> tuple[FloatArray, float] | None:
 
 @functools.lru_cache(maxsize=256)
 def _fit(count: int) -> FloatArray:
-    """Return the matrix that takes points (n, 2) to the slope of the line or parabola through them, and its bend.
+    """Return the matrix that maps points (n, 2) to slope and curvature of the line or parabola through them.
 
-    At the last of them, by least squares over steps of 1.
+    At the last point, by least squares over steps of 1.
     """
     t = np.arange(1.0 - count, 1.0)
     return np.linalg.pinv(np.stack([np.ones(count), t] if count < 7 else [np.ones(count), t, t * t], axis=1))[1:]
 
 
 def curves(gap: Gap) -> Iterator[FloatArray]:
-    """Yield the curves that may close a gap: points without its ends."""
+    """Yield candidate curves that close a gap: points without its ends."""
     start, enter, end, leave = gap
     yield straight_line(start, end)
     if enter is None or leave is None:
@@ -78,7 +79,7 @@ def curves(gap: Gap) -> Iterator[FloatArray]:
 
 
 def bridges(gap: Gap, other: Gap, longest: float) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield pairs of curves, from the start of one gap to the end of the other and back, where the ends relate."""
+    """Yield pairs of curves, from the start of one gap to the end of the other and back, if the ends are relatable."""
     (start, enter, end, leave), (start2, enter2, end2, leave2) = gap, other
     if enter is None or leave is None or enter2 is None or leave2 is None:
         return
@@ -94,13 +95,13 @@ def bridges(gap: Gap, other: Gap, longest: float) -> Iterator[tuple[FloatArray, 
 
 
 def straight_line(start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return points (n, 2) between two others, px, at steps of about 1 px, without the two."""
+    """Sample the line between two points, px, at steps of about 1 px, without the two."""
     count = max(2, int(np.hypot(*(end - start))))
     return np.asarray(start + (end - start) * np.linspace(0, 1, count + 1)[1:-1, None])
 
 
 def smooth(start: FloatArray, enter: FloatArray, end: FloatArray, leave: FloatArray) -> FloatArray:
-    """Return points of a cubic with the directions of its ends, without these; an arc where both turn alike."""
+    """Sample a cubic that has the directions of both ends, without these; an arc where both turn alike."""
     way = end - start
     distance = float(np.hypot(*way))
     unit = way / max(distance, 1e-9)

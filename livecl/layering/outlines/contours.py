@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outlines of flat regions at sub-pixel accuracy, with the region that lies across each point, and T-junctions.
+"""Outlines of flat regions at sub-pixel accuracy, with the neighbouring region at each point, and T-junctions.
 
-Where three regions meet, an outline that runs straight through belongs to one of them, and the other two end at it:
-the stem of a T. Whose outline it is says who lies in front (Kellman and Shipley 1991; Law and Kang, 2409.06648).
+Where three regions meet, the outline that runs straight through belongs to one of them, and the other two end at it:
+the stem of a T. The region with the straight outline lies in front (Kellman and Shipley 1991; Law and Kang,
+2409.06648).
 """
 
 from __future__ import annotations
@@ -26,19 +27,19 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: What lies across a point that is no region: beyond the page, a part that was made up, or the region itself.
+#: Values of `across` that are no region: beyond the page, a completed part, or the region itself.
 PAGE, COMPLETED, _SELF = -1, -2, -3
-#: Whose outline runs straight through a change of neighbour: nobody's for sure, the region's own, that of the neighbour
-#: before, of the one after.
+#: Whose outline runs straight through a T-junction: undecided, the region's own, that of the neighbour before, or that
+#: of the neighbour after.
 UNCLEAR, OWN, BEFORE, AFTER = range(4)
-#: Reach, px, within which the directions at a junction are taken, the pixels next to it left out.
+#: Reach, px, within which directions at a junction are measured; pixels nearer than `LEFT_OUT` are excluded.
 REACH, LEFT_OUT = 11, 1.2
-#: Largest bend of an outline that runs straight through, and by how much it must beat the next: radians.
+#: Largest bend, radians, of an outline that runs straight through a junction, and its least advantage over the next.
 STRAIGHT, CLEARER = 0.6, 0.25
-#: Area, px^2, of the smallest outline beside the largest of a region: a region has more pixels (flat.SMALLEST), less is
-#: a mixed pixel that was taken for another region's.
+#: Area, px^2, of the smallest outline of a region beside its largest: regions have more pixels (flat.SMALLEST), so less
+#: is a mixed pixel attributed to the wrong region.
 LEAST_AREA = 2.0
-#: Pixels of regions that are looked at for whether an outline keeps them, and the least share of those that it keeps.
+#: Sample size, pixels, of the test whether an outline keeps its regions, and the least share of them that it must keep.
 SAMPLED, KEPT = 400, 0.98
 _SQUARE = np.ones((3, 3), bool)
 _STEPS_OUT = (1.0, 1.5, 0.6, 2.2, 3.0)
@@ -46,7 +47,7 @@ _STEPS_OUT = (1.0, 1.5, 0.6, 2.2, 3.0)
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Contour:
-    """A closed outline at steps of about 1 px."""
+    """A closed outline, sampled at steps of about 1 px."""
 
     points: FloatArray  # (n, 2), (x, y) px
     across: IntArray  # (n,), region on the other side, PAGE or COMPLETED
@@ -61,13 +62,14 @@ class Contour:
         return polygon_area(self.points)
 
     def is_hole_of(self, outer: Contour) -> bool:
-        """Whether it runs the other way round."""
+        """Whether it has the opposite orientation."""
         return self.area * outer.area < 0
 
     def runs(self, below: BoolArray) -> list[tuple[int, int]] | None:
-        """Return (first point, length) of each run across which lies what `below` marks: whole runs, then parts.
+        """Return (first point, length) of each run of points facing the regions in `below`: whole runs, then parts.
 
-        A run that several regions share is also cut where one gives way to the next. None where all is one run.
+        A run that several regions share is also split where one gives way to the next. None if the whole contour is one
+        run.
         """
         marked, count = below[self.across], len(self)
         if marked.all():
@@ -90,7 +92,7 @@ class Contour:
 
 
 class Outlines:
-    """Outlines of the regions of a picture, and of unions of them; `ground` are those that are the ground, if known."""
+    """Outlines of the regions of a picture, and of unions of them; `ground`: the regions of the ground, if known."""
 
     def __init__(self, regions: FlatRegions, ground: AbstractSet[int] | None = None) -> None:
         self.regions, self.ground = regions, ground
@@ -105,7 +107,7 @@ class Outlines:
             self._known[frozenset((k,))] = [self._with_junctions(contour, single) for contour in single[k]]
 
     def of(self, ids: Iterable[int]) -> list[Contour]:
-        """Return the outlines of a union of regions, the largest first."""
+        """Trace the outlines of a union of regions, the largest first."""
         key = frozenset(int(k) for k in ids)
         if key not in self._known:
             self._known[key] = self._traced(sorted(key))
@@ -116,13 +118,13 @@ class Outlines:
         return self.of((k,))[0]
 
     def marks(self, ids: Iterable[int]) -> BoolArray:
-        """Return whether each region is one of some: (K + 3,), with entries for pixels of no region."""
+        """Return a boolean mask of some regions: (K + 3,), with entries for pixels of no region."""
         marks = np.zeros(self.count + 3, bool)
         marks[list(ids)] = True
         return marks
 
     def covers(self, ids: Iterable[int]) -> BoolArray:
-        """Return whether each region is one of some and hides what lies below it, being opaque: (K + 3,)."""
+        """Return a boolean mask of those of some regions that are opaque, hiding the layers below: (K + 3,)."""
         colors = self.regions.colors
         if colors.shape[1] < 4:
             return self.marks(ids)
@@ -130,20 +132,20 @@ class Outlines:
         return self.marks(k for k in ids if opaque[k])
 
     def room(self, ids: Iterable[int], below: BoolArray) -> BoolArray:
-        """Return in which regions a shape of some regions may be that continues below others: (K + 3,)."""
+        """Return the regions in which a shape of some regions may lie when it continues behind others: (K + 3,)."""
         marks = below.copy()
         marks[list(ids)] = True
         return marks
 
     def share_in(self, points: FloatArray, room: BoolArray) -> float:
-        """Return the share of some points that lies in the regions of a room, or a pixel beside them."""
+        """Return the share of points that lie in the regions of a room, or a pixel beside them."""
         if not len(points):
             return 1.0
         rows, columns = self._index(points)
         return float(room[self._around[rows, columns]].any(axis=(1, 2)).mean())
 
     def keeps(self, ids: Iterable[int], before: Contour, after: Contour) -> bool:
-        """Whether an outline still goes around what another had of some regions: about `SAMPLED` of their pixels."""
+        """Whether a changed outline still encloses the pixels of some regions, by a sample of about `SAMPLED`."""
         from skimage.measure import points_in_poly
 
         if after is before or abs(after.area) >= abs(before.area):
@@ -155,7 +157,7 @@ class Outlines:
         return bool(np.mean(points_in_poly(points, after.points)) >= KEPT) if len(points) else True
 
     def neighbors(self, k: int) -> dict[int, int]:
-        """Return the regions across the outlines of one, with the number of points that face each."""
+        """Return the regions adjacent to the outlines of one, with the number of points that face each."""
         across, counts = np.unique(np.concatenate([c.across for c in self.of((k,))]), return_counts=True)
         return {int(o): int(n) for o, n in zip(across, counts, strict=True) if o >= 0}
 
@@ -188,7 +190,7 @@ class Outlines:
         return found[:1] + [contour for contour in found[1:] if abs(contour.area) >= LEAST_AREA]
 
     def _labelled(self, points: FloatArray, inside_of: BoolArray) -> Contour:
-        """Run the outline one way round, and look what lies across each point."""
+        """Orient an outline, and label its points with the region on the other side."""
         along = np.roll(points, -2, axis=0) - np.roll(points, 2, axis=0)
         along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
         out = np.stack([along[:, 1], -along[:, 0]], axis=1)
@@ -225,7 +227,7 @@ class Outlines:
 
 
 def _border_near(junction: FloatArray, a: int, b: int, single: list[list[Contour]]) -> FloatArray:
-    """Return the points near a junction of the border of two regions."""
+    """Return the points near a junction on the border of two regions."""
     for region, across in ((a, b), (b, a)):
         if region < 0:
             continue
@@ -253,7 +255,7 @@ def _angle(a: FloatArray | None, b: FloatArray | None) -> float:
 
 
 def _cleaned(across: IntArray) -> IntArray:
-    """Give points without a neighbour, and runs of one or two points within another's run, to those before them."""
+    """Assign points without a neighbour, and runs of one or two points within another's run, to the preceding run."""
     across = across.copy()
     unknown = across == _SELF
     if unknown.all():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Edges of a region to a few hundredths of a pixel, from the coverages of its anti-aliased border."""
+"""Sub-pixel edges of a region, to a few hundredths of a pixel, from the coverages of its anti-aliased border."""
 
 from __future__ import annotations
 
@@ -12,17 +12,16 @@ from livecl.geometry.polylines import evenly
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Pixels on each side of an edge that are looked at for its place, and the coverage that still counts as none.
+#: Pixels on each side of an edge used to locate it; largest coverage that counts as none.
 EDGE_REACH, EDGE_SLACK = 4, 0.01
-#: Largest step, px, between two points of an outline that is straight there.
+#: Largest step, px, between points of a straight outline.
 LARGEST_STEP = 1.45
 
 
 def edge_polylines(soft: FloatArray, cover: FloatArray) -> list[FloatArray]:
-    """Return the edges of a region as closed polylines (n, 2), (x, y) px, at steps of about 1 px.
+    """Trace the edges of a region as closed polylines (n, 2), (x, y) px, at steps of about 1 px.
 
-    `soft` (H, W) is above 0.5 at pixels that are the region's, below elsewhere; `cover` (H, W) the share that it
-    covers.
+    `soft` (H, W) is above 0.5 at pixels of the region, below elsewhere; `cover` (H, W) is the share that it covers.
     """
     from skimage.measure import find_contours
 
@@ -33,7 +32,7 @@ def edge_polylines(soft: FloatArray, cover: FloatArray) -> list[FloatArray]:
 
 
 def _on_edges(crossings: FloatArray, cover: FloatArray) -> FloatArray:
-    """Move crossings of grid lines (n, 2) to the edges that the coverages (H, W) of their pixels tell, (row, column).
+    """Move crossings of grid lines (n, 2) onto the edges given by the coverages (H, W) of their pixels, (row, column).
 
     Across an edge that runs mostly along the columns, the coverages of a row add up to the place of the edge in the
     middle of this row: exactly where the edge is straight, and to within 1 / (24 R) px at a radius R (the partial area
@@ -70,7 +69,7 @@ def _on_edges(crossings: FloatArray, cover: FloatArray) -> FloatArray:
 
 
 def _slopes(cover: FloatArray, first: IntArray, second: IntArray) -> FloatArray:
-    """Return the sizes of the differences of coverages around pairs of pixels (n, 2) along both axes: (n, 2)."""
+    """Return the magnitudes of the coverage differences around pairs of pixels (n, 2) along both axes: (n, 2)."""
     total = np.zeros((len(first), 2))
     height, width = cover.shape
     for pixel in (first, second):

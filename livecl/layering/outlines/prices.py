@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Price list of explanations: what a shape costs to describe, in one unit.
+"""Prices of explanations: the description length of shapes, in radians of turning.
 
-The unit is a radian by which an outline turns. A convex outline turns by 2 pi and costs least; each concavity is paid
-for twice, by turning in and by turning back (total absolute curvature). Of explanations of one picture the cheapest is
-taken: the minimum description length, with lengths that follow perception (good continuation, closure, convexity).
+A convex outline turns by 2 pi and costs least; each concavity is paid for twice, by turning in and by turning back
+(total absolute curvature). Of the explanations of one picture the cheapest is chosen: minimum description length, with
+lengths that follow perception (good continuation, closure, convexity).
 """
 
 from __future__ import annotations
@@ -18,50 +18,52 @@ FloatArray = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Prices:
-    """Prices of an explanation, radians of turning, and the evidence for one region in front of another.
+    """Prices of an explanation, in radians of turning, and weights of evidence for depth order.
 
     Values: chosen once by the order of regions and the overlap with true layers on flat drawings, docs/quality.md.
 
     Attributes
     ----------
     layer : float
-        One layer more.
+        An additional layer.
     cut : float
         A cut between two parts of one colour, as long as the side of a square of both.
     simple : float
-        Price up to which a part that is cut off is simple: a turn, four corners, and as much bending as an arc of 60
-        degrees has twice.
+        Largest price of a part that is cut off for it to count as simple: a full turn, four corners, and a radian of
+        bending.
     corner : float
-        One corner more, beside its turning.
+        An additional corner, beside its turning.
     hidden : float
-        Hidden area as large as the visible one.
+        Hidden area equal to the visible area.
     sliver : float
-        Hidden area, as a multiple of the visible one, beyond which it costs `hidden` times the square besides.
+        Ratio of hidden to visible area beyond which the square of the excess costs `hidden` as well.
     accident : float
-        A radian by which an outline turns, or begins to, just where it disappears below another.
+        A radian by which an outline turns, or begins to turn, exactly where it disappears behind another.
     primitive : float
-        What a circle or an ellipse costs less than its turning.
+        Discount of a circle or an ellipse on its turning.
     saving : float
         Least saving for which a shape is changed.
     better : float
-        By which a less simple kind of curve must be cheaper: of line, smooth curve and corner the first comes first.
+        Least advantage of a more complex kind of curve over a simpler one: line, smooth curve, corner in this order.
     ring : float
-        What joining an outline with itself may cost more: it makes a hole of a bay.
+        Extra cost allowed for joining an outline with itself, which turns a bay into a hole.
     aligned : float
-        What two simple parts of one colour that touch save for each whose outline goes on exactly where they do.
+        Saving for two touching simple parts of one colour, for each outline of theirs that continues exactly across the
+        contact.
     sure : float
-        Evidence from which on a region counts as lying in front.
+        Evidence from which a region counts as lying in front.
     hull, bay, stem : float
-        Evidence of a T-junction: for the region whose outline runs straight through it, on its convex hull or in a bay
-        of it (where it may be what lies around the others), and against the region that ends at another's outline.
+        Evidence of a T-junction: for the region whose outline runs straight through it on its convex hull, or in a bay
+        of it (where it may be what surrounds the others), and against the region that ends at another's outline.
     bulge : float
-        Evidence for the region that bulges into the other by its square chord.
+        Evidence for the region that bulges into the other one, by the square of its chord.
     completion : float
-        Evidence for the region under which the other saves a radian.
+        Evidence, per radian, for the region behind which completing the other one saves turning.
     relation, most_relation : float
-        Evidence for the region below which the other goes on in a third of its colour, for a radian saved; at most.
+        Evidence for the region behind which the other one continues into a third of its colour, per radian saved; its
+        upper limit.
     size : float
-        Evidence for the smaller region, for each factor e.
+        Evidence for the smaller region, for each factor e of size.
     """
 
     layer: float = 1.5
@@ -88,19 +90,19 @@ class Prices:
 
 
 PRICES = Prices()
-#: Prices while fewer layers are found than are asked for: one more is welcome, whatever its parts; of all cuts short
-#: ones are preferred (Singh, Seyranian and Hoffman, Perception & Psychophysics 61, 1999).
+#: Prices used while fewer layers are found than requested: an additional layer is welcome whatever its parts, and short
+#: cuts are preferred (Singh, Seyranian and Hoffman, Perception & Psychophysics 61, 1999).
 ASKED = dataclasses.replace(PRICES, layer=-3.5, cut=1.0, simple=np.inf)
-#: Angles, radians, at which a bend starts to count as a corner, and over which it becomes one.
+#: Turning angle, radians, from which a bend counts partly as a corner, and the width of the transition to a full one.
 CORNER_FROM, CORNER_OVER = 0.8, 0.5
-#: Points of an outline for each of its vertices whose turning is added up.
+#: Points of an outline per vertex at which its turning is summed.
 STRIDE = 3
 
 
 def outline_price(points: FloatArray, prices: Prices = PRICES) -> float:
-    """Return the price of a closed outline, points (n, 2) at steps of about 1 px: total turning, and its corners.
+    """Return the price of a closed outline, points (n, 2) at steps of about 1 px: total turning, plus its corners.
 
-    Angles are averaged over three neighbouring vertices, so that what a border jitters by cancels.
+    Angles are averaged over three neighbouring vertices, so that jitter of the border cancels.
     """
     count = len(points)
     if count < 6:
@@ -124,13 +126,13 @@ def outline_price(points: FloatArray, prices: Prices = PRICES) -> float:
 
 
 def hidden_price(whole: float, seen: float, prices: Prices = PRICES) -> float:
-    """Return the price of what is hidden of a known shape, from its whole and its visible area, of any sign."""
+    """Return the price of the hidden part of a known shape, from its whole and visible areas, of any sign."""
     share = max(0.0, abs(whole) / max(abs(seen), 1e-9) - 1)
     return prices.hidden * float(np.log1p(share)) + sliver_price(share, prices)
 
 
 def sliver_price(share: float, prices: Prices = PRICES) -> float:
-    """Return what a hidden area, as a multiple of the visible one, costs besides.
+    """Return the extra price of a hidden area, given as a multiple of the visible one.
 
     Nobody draws a disc to show a sliver of it.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Circles and ellipses through the visible part of an outline: what a partly hidden disc is as a whole."""
+"""Circles and ellipses fitted to the visible part of an outline: a partly hidden disc as a whole."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-#: Root mean square and largest distance, px, at which an outline follows a primitive: anti-aliased borders of true
-#: discs are found to a tenth of a pixel, their junctions to about one.
+#: Largest root-mean-square and maximum distance, px, between an outline and its primitive: anti-aliased borders of true
+#: discs are located to a tenth of a pixel, their junctions to about one.
 DEVIATION, FARTHEST = 0.2, 0.8
-#: Least arc seen, radians of the curve's parameter, by which a circle and an ellipse are known (3 and 5 unknowns).
+#: Least visible arc, radians of the curve's parameter, that determines a circle and an ellipse (3 and 5 unknowns).
 CIRCLE_ARC, ELLIPSE_ARC = 1.0, 3.5
-#: Least points seen, and the least sagitta, px, that tells an arc from a straight line.
+#: Fewest visible points, and least sagitta, px, that tells an arc from a straight line.
 LEAST_POINTS, LEAST_SAGITTA = 12, 2.0
 #: Largest ratio of an ellipse's axes.
 SLIMMEST = 6.0
 
 
 def fitted_primitive(points: FloatArray) -> FloatArray | None:
-    """Return the circle or ellipse through points as a closed polyline (n, 2), steps of about 1 px, if one fits."""
+    """Fit a circle or an ellipse to points; return it as a closed polyline (n, 2) at 1 px steps, or None."""
     if len(points) < LEAST_POINTS:
         return None
     found = _circle(points)
@@ -35,7 +35,7 @@ def fitted_primitive(points: FloatArray) -> FloatArray | None:
 
 
 def _circle(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """Return center, axes and rotation of the circle |p|^2 = 2 c . p + d of least squares (Kasa 1976), if close."""
+    """Fit the circle |p|^2 = 2 c . p + d by least squares (Kasa 1976); return center, axes and rotation, if close."""
     mean = points.mean(axis=0)
     local = points - mean
     system = np.concatenate([2 * local, np.ones((len(local), 1))], axis=1)
@@ -51,9 +51,9 @@ def _circle(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray] | N
 
 
 def _ellipse(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """Return center, axes and rotation of the ellipse of least algebraic distance, if it is close.
+    """Fit the ellipse of least algebraic distance; return center, axes and rotation, if close.
 
-    The conic is kept an ellipse as by Halir and Flusser (1998), after Fitzgibbon, Pilu and Fisher (1999).
+    The conic is constrained to an ellipse as by Halir and Flusser (1998), after Fitzgibbon, Pilu and Fisher (1999).
     """
     mean, scale = points.mean(axis=0), max(float(points.std()), 1e-9)
     x, y = ((points - mean) / scale).T
@@ -92,6 +92,6 @@ def _close(away: FloatArray) -> bool:
 
 
 def _arc(around: FloatArray) -> float:
-    """Return the angle, radians, under which points are seen from the origin: a turn less the largest gap."""
+    """Return the angle, radians, that points subtend at the origin: a full turn less the largest gap."""
     angles = np.sort(np.arctan2(around[:, 1], around[:, 0]))
     return float(2 * np.pi - np.diff(np.concatenate([angles, angles[:1] + 2 * np.pi])).max())

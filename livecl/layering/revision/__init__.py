@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Revision of layers that are placed: merged with a neighbour, pruned, trimmed to the page."""
+"""Revision of placed layers: merging with a neighbour, pruning, trimming to the page."""

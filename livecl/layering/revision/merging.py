@@ -27,15 +27,15 @@ from livecl.layering.contributions import (
 from livecl.layering.neighbors import flat_labels, mergeable_pairs
 from livecl.layering.stack import Window, window_of
 
-#: Most merges that are tried at a time, which bounds the time of pictures of very many layers.
+#: Most merges tried at a time, which bounds the time for pictures of very many layers.
 MAX_TRIALS = 64
-#: Step through the outlines fitted to two layers together: every fourth is tried, which takes a quarter of the time.
+#: Step through the outlines fitted to the union of two layers: trying every fourth takes a quarter of the time.
 FIT_STEP = 4
 
 
 @dataclasses.dataclass(frozen=True)
 class _Paint:
-    """Layers as one: premultiplied colour (h, w, C), and transmittance (h, w)."""
+    """Several layers composited into one: premultiplied colour (h, w, C), and transmittance (h, w)."""
 
     color: NDArray[Any]
     transmittance: NDArray[Any]
@@ -46,7 +46,7 @@ class _Paint:
 
 @dataclasses.dataclass(frozen=True)
 class _Merge:
-    """A layer for two: a drawing of it alone, its alpha (H, W), the depth it takes, and the rise of the error."""
+    """Layer that replaces two: a drawing of it alone, its alpha (H, W), its depth, and the rise of the error."""
 
     layer: Drawing
     alpha: NDArray[Any]
@@ -56,24 +56,23 @@ class _Merge:
 
 @dataclasses.dataclass(frozen=True)
 class Merged:
-    """A drawing, and for each of its layers the number that it had before, or -1 for one made of two: (N,) int."""
+    """A drawing after merging, and the former index of each layer, -1 for a merged one: (N,) int."""
 
     drawing: Drawing
     sources: NDArray[np.intp]
 
 
 def can_merge(drawing: Drawing) -> bool:
-    """Whether a drawing has filled layers only: strokes are not merged."""
+    """Whether a drawing can be merged: it has filled layers only, no strokes."""
     return not drawing.strokes.any
 
 
 def merge_neighbors(context: Context, drawing: Drawing, free: NDArray[np.bool_], tolerance: float) -> Merged:
-    """Merge `free` layers, (N,), as long as the mean squared error rises by at most `tolerance` in all.
+    """Merge `free` layers, (N,), while the total rise of the mean squared error stays within `tolerance`.
 
-    Two layers that touch, of the same colour (:func:`livecl.layering.neighbors.mergeable_pairs`), become one where
-    most of their visible pixels lie in the same flat region of the picture. The new outline is that of both
-    together, fitted anew, or simply both outlines, whichever does better for its number of segments, at the depth of
-    either. The check is called before each try.
+    Two neighbouring layers of the same colour (:func:`livecl.layering.neighbors.mergeable_pairs`) merge if most of
+    their visible pixels lie in the same flat region of the picture. The new outline is fitted to their union, or
+    consists of both outlines, whichever does better for its number of segments, at the depth of either.
     """
     sources = np.arange(drawing.num_layers)
     regions, risen = flat_labels(context.target), 0.0
@@ -107,7 +106,7 @@ def merge_neighbors(context: Context, drawing: Drawing, free: NDArray[np.bool_],
 
 
 def _pairs(drawing: Drawing, shares: NDArray[Any], regions: NDArray[Any]) -> list[tuple[int, int]]:
-    """Return the pairs to merge, lower layer first, those of which the smaller part is smallest first."""
+    """Return the pairs to merge, lower layer first, ordered by the area of their smaller part."""
     areas = (shares > VISIBLE_SHARE).sum(axis=(1, 2))
     homes = [int(np.argmax(np.bincount(regions[share > VISIBLE_SHARE], minlength=1))) for share in shares]
     pairs = [(int(i), int(j)) for i, j in mergeable_pairs(drawing, shares) if homes[i] == homes[j]]
@@ -115,11 +114,11 @@ def _pairs(drawing: Drawing, shares: NDArray[Any], regions: NDArray[Any]) -> lis
 
 
 def _best(context: Context, drawing: Drawing, alphas: NDArray[Any], pair: tuple[int, int]) -> _Merge:
-    """Return the best layer in the place of two, by the error and the number of segments.
+    """Return the best layer to replace two, by the error and the number of segments.
 
-    Where layers stay as they are, so does what they make together: those below the two are one ground, those between
-    and those above one paint each, of colour P and transmittance T, which makes P + T C of the colour C below. So each
-    merge is composited from these, within the window where something changes.
+    Unchanged layers are composited once: those below the two are one ground, those between and those above are one
+    paint each, of colour P and transmittance T, showing P + T C over the colour C. Each merge is composited from these,
+    within the window of change.
     """
     (lower, upper), target = pair, context.target
     larger = max(pair, key=lambda layer: float(alphas[layer].sum()))
@@ -162,7 +161,7 @@ def _paint(alphas: NDArray[Any], colors: list[FloatArray], layer: int, window: W
 
 
 def _together(alphas: NDArray[Any], colors: list[FloatArray], layers: range, window: Window) -> _Paint:
-    """Composite layers, from bottom to top, within a window: return P and T, which make P + T C of C below."""
+    """Composite layers, bottom to top, within a window: return P and T, which show P + T C over C."""
     shape = alphas[0][window].shape
     paint = _Paint(np.zeros((*shape, colors[0].shape[-1])), np.ones(shape))
     for layer in layers:

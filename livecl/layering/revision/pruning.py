@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pruning: the layers that do least for the picture, which a revision places anew, and those worth nothing."""
+"""Pruning: remove layers that contribute too little, and rank layers by contribution for a revision."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.layering.context import Context
 from livecl.layering.contributions import VISIBLE_SHARE, layer_alphas, removal_changes, visible_shares
 
-#: A layer counts as hidden if less than this share of its pixels is visible.
+#: Share of visible pixels below which a layer counts as hidden.
 HIDDEN_SHARE = 0.01
 #: Hidden layers are pruned below this multiple of `prune`: they only mend the rims of the layers above. With 10, 40
 #: faces have 260 instead of 264 layers at an error of .000532 instead of .000531 (docs/notes/quality.md).
@@ -21,9 +21,11 @@ HIDDEN_FACTOR = 10
 
 
 def needed_layers(context: Context, drawing: Drawing, least: float, free: NDArray[np.bool_]) -> Drawing:
-    """Return the drawing without layers of opacity 0, and without those that lower the error by less than `least`.
+    """Remove layers of opacity 0, and layers that lower the mean squared error by less than `least`.
 
-    Hidden layers must lower it by more (`HIDDEN_FACTOR`). Only layers that are `free`, (N,) bool, are left out.
+    Hidden layers must lower it by more (`HIDDEN_FACTOR`). Only `free` layers, (N,) bool, are removed. They are removed
+    one by one, the least useful first, as of two that hide each other only one is needless; and repeatedly, as a layer
+    that corrected another may become needless without it.
 
     They are taken away one by one, the least useful first, as two that hide each other are not both needless; and again
     as long as there are any, as a layer that mended another may be needless without it.
@@ -53,12 +55,12 @@ def needed_layers(context: Context, drawing: Drawing, least: float, free: NDArra
 
 
 def _hidden(alphas: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return which layers of alphas (N, H, W) are all but covered by those above; no translucent ones: (N,)."""
+    """Return which layers of alphas (N, H, W) are almost covered by those above; never translucent ones: (N,)."""
     shown = (visible_shares(alphas) > VISIBLE_SHARE).sum(axis=(1, 2))
     return shown < HIDDEN_SHARE * (alphas > VISIBLE_SHARE).sum(axis=(1, 2))
 
 
 def least_useful(context: Context, drawing: Drawing) -> NDArray[np.intp]:
-    """Return the layers by the rise of the error without them, the least first: (N,)."""
+    """Return the indices of the layers by the rise of the error without them, smallest first: (N,)."""
     changes = removal_changes(drawing, layer_alphas(drawing, context.rasterizer), context.target, seen=True)
     return np.argsort(changes, kind="stable")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trimming of a drawing: outlines that hang far over the page are cut to a small bleed."""
+"""Trim outlines that extend far beyond the page to a small bleed."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.trimming import trimmed_outline
 
-#: Longer side of the page by the width of the bleed; and widths of it beyond which an outline is cut.
+#: Ratio of the page's longer side to the bleed's width; multiple of the bleed beyond which an outline is cut.
 SIDE_BY_BLEED, FAR = 60, 2
 
 
 def trimmed(drawing: Drawing) -> Drawing:
-    """Return the drawing with the filled outlines that reach far beyond the page cut to a bleed: the picture stays.
+    """Cut filled outlines that extend far beyond the page to a bleed, without changing the picture.
 
-    Drawings with strokes stay as they are.
+    Drawings with strokes are returned unchanged.
     """
     size = np.array(drawing.size[::-1], dtype=np.float64)
     bleed = max(1.0, round(size.max() / SIDE_BY_BLEED))

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Segmentation of pictures of flat or smoothly shaded regions, with anti-aliased borders and noise resolved."""
+"""Segmentation of flat or smoothly shaded pictures, resolving anti-aliased borders and noise."""

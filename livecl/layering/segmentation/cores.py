@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cores of smoothly changing colour: found by second differences, cut where no fill explains them, and absorbed."""
+"""Cores of smoothly varying colour: found by second differences, split where no fill explains them, and absorbed."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: What a pixel's colour may miss its region's fill by, and share of the pixels that may miss it: else it is cut.
+#: Largest error of a fill at a pixel that it explains, and share of unexplained pixels above which a region is split.
 MISSED, MISSED_SHARE = 3.5 / 255, 0.03
-#: Least share of a region that one fill must explain to be cut from the rest, and pixels of the smallest part cut.
+#: Least share of a region that one fill must explain to be split off, and pixels of the smallest part.
 CUT_SHARE, CUT_PIXELS = 0.2, 24
-#: Rounds in which pixels that a fill misses come to count less, and cuts of one region, at most.
+#: Rounds of reweighting unexplained pixels; most splits of one region.
 TRIMS, CUTS = 4, 6
-#: Pixels of the smallest core that fills over each other are looked for in: fewer hardly tell them from one.
+#: Pixels of the smallest core in which overlaid fills are sought: fewer hardly tell them from one fill.
 OVERLAID_PIXELS = 400
-#: Distance, px, up to which a core is another's neighbour across pixels without one.
+#: Largest distance, px, between neighbouring cores across pixels of no core.
 BESIDE = 2.0
 
 
 def straight(pixels: FloatArray) -> FloatArray:
-    """Return straight RGBA (n, 4) of RGB or premultiplied RGBA (n, C)."""
+    """Convert RGB or premultiplied RGBA (n, C) to straight RGBA (n, 4)."""
     if pixels.shape[1] == 3:
         return np.column_stack([pixels, np.ones(len(pixels))])
     alpha = pixels[:, 3:]
@@ -57,10 +57,10 @@ def pixel_centers(mask: BoolArray) -> FloatArray:
 
 
 def smooth_cores(image: FloatArray) -> IntArray:
-    """Label the smooth components from 1 on; 0 elsewhere.
+    """Label the smooth components of a picture from 1 on; 0 elsewhere.
 
-    Pixels hang together within blocks of 2 x 2 of nearly one colour, which thin parts have too, and where both are
-    smooth in all directions.
+    Neighbouring pixels are connected within 2 x 2 blocks of nearly one colour, which thin parts have too, and where
+    both are smooth in all directions.
     """
     smooth = Changes.of(image).smooth
     corners = np.stack([image[:-1, :-1], image[1:, :-1], image[:-1, 1:], image[1:, 1:]])
@@ -81,9 +81,9 @@ def smooth_cores(image: FloatArray) -> IntArray:
 def cut_cores(
     image: FloatArray, labels: IntArray, price: float, kinds: tuple[str, ...]
 ) -> tuple[IntArray, dict[int, Paint]]:
-    """Cut the cores that no fill explains; return labels, and the fills of cores that several over each other explain.
+    """Split the cores that no fill explains; return the labels, and the fills of cores explained by overlaid fills.
 
-    Of a fill for all, of fills over each other and of parts with a fill each the cheapest are taken.
+    The cheapest of one fill, overlaid fills, and parts with a fill each is chosen.
     """
     labels = labels.copy()
     overlaid: dict[int, Paint] = {}
@@ -109,9 +109,9 @@ def cut_cores(
 
 
 def _cut(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...]) -> IntArray | None:
-    """Return the parts of a core that a fill each explains, from 1 on; None where one explains all.
+    """Return the parts of a core that are explained by one fill each, from 1 on; None if one explains all.
 
-    0 stands where none explains a pixel.
+    Pixels that no fill explains are 0.
     """
     labels = mask.astype(np.int64)
     left, count = [(1, CUTS)], 1
@@ -138,7 +138,7 @@ def _cut(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...
 def _overlaid(
     image: FloatArray, mask: BoolArray, parts: IntArray, price: float, kinds: tuple[str, ...]
 ) -> Paint | None:
-    """Return fills over each other for a core, where these cost less than one for all and than one for each part."""
+    """Fit overlaid fills to a core; None unless they cost less than one fill for all and one for each part."""
     colors = straight(image[mask])
     if len(colors) < OVERLAID_PIXELS or colors[:, 3].min() < 1:
         return None
@@ -147,7 +147,7 @@ def _overlaid(
 
 
 def _cost_of(image: FloatArray, mask: BoolArray, parts: IntArray, price: float, kinds: tuple[str, ...]) -> float:
-    """Return the squared error and price of a core in parts of one fill each, small ones absorbed."""
+    """Return the squared error plus price of a core in parts of one fill each, small ones absorbed."""
     parts = absorbed_cores(image, parts, price, kinds)[0]
     nearest = ndimage.distance_transform_edt(parts == 0, return_distances=False, return_indices=True)
     whole, total = np.where(mask, parts[tuple(nearest)], 0), 0.0
@@ -159,7 +159,7 @@ def _cost_of(image: FloatArray, mask: BoolArray, parts: IntArray, price: float, 
 
 
 def _explained(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...]) -> BoolArray | None:
-    """Return which pixels of a core the fill explains that explains most; None where it explains all or too few."""
+    """Return the pixels of a core explained by the fill that explains most; None if it explains all or too few."""
     colors, points = straight(image[mask]), pixel_centers(mask)
     seen, alphas = premultiplied_colors(colors), np.maximum(colors[:, 3] ** 2, 1e-3)
     weights = alphas
@@ -190,10 +190,10 @@ def absorbed_cores(
     kinds: tuple[str, ...],
     known: Mapping[int, Paint] = MappingProxyType({}),
 ) -> tuple[IntArray, dict[int, Paint]]:
-    """Give cores to the neighbour whose fill shows them at less error than a layer of their own would cost.
+    """Merge cores into the neighbour whose fill shows them at less error than a layer of their own would cost.
 
-    The smallest first: slivers along edges that fade out, where the part cut from a region is hardly of another colour.
-    Returns the labels, and the fills by label that are `known`.
+    The smallest first: slivers along fading edges, where the part cut from a region hardly differs in colour. Returns
+    the labels, and the `known` fills by new label.
     """
     labels, count = labels.copy(), int(labels.max())
     sizes = np.bincount(labels.ravel(), minlength=count + 1)
@@ -239,7 +239,7 @@ def absorbed_cores(
 
 
 def _neighbors(labels: IntArray) -> dict[int, set[int]]:
-    """Return the cores that are at most a few pixels without a core away from each."""
+    """Return the cores within a few pixels of each core, with no other core between."""
     distance, nearest = ndimage.distance_transform_edt(labels == 0, return_indices=True)
     grown = np.where(distance <= BESIDE, labels[tuple(nearest)], 0)
     near: dict[int, set[int]] = {k: set() for k in range(1, int(labels.max()) + 1)}
@@ -252,6 +252,6 @@ def _neighbors(labels: IntArray) -> dict[int, set[int]]:
 
 
 def _mode(colors: FloatArray) -> FloatArray:
-    """Return the commonest of some colours (n, C), to a level."""
+    """Return the most frequent of some colours (n, C), rounded to 8 bits."""
     levels, counts = np.unique(np.round(colors * 255), axis=0, return_counts=True)
     return np.asarray(levels[np.argmax(counts)] / 255)

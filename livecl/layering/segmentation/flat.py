@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Flat regions of a picture, with the mixed pixels of anti-aliased borders given to the two sides.
+"""Flat regions of a picture, with mixed pixels of anti-aliased borders attributed to the two sides.
 
-Pixels that are alike and hold a block of 2 x 2 are cores. Any other pixel is explained as a mixture of two cores near
-it; what no mixture explains (thin lines, small parts) becomes a core itself.
+Components of nearly equal pixels that contain a 2 x 2 block are cores. Any other pixel is explained as a mixture of two
+nearby cores; unexplained pixels (thin lines, small parts) become cores themselves.
 """
 
 from __future__ import annotations
@@ -24,20 +24,19 @@ from livecl.layering.segmentation.small import ALIKE_OF_NOISE, SAME_STEP, withou
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Largest step between neighbouring pixels of one core, in a clean picture and in another, and what a mixture may miss
-#: a colour by: levels of 255.
+#: Largest step between neighbouring pixels of one core in a clean picture, and largest residual of a mixture.
 CLEAN_STEP, MIXTURE_MISS = 0.6 / 255, 10 / 255
-#: What a mixture may miss a colour by in addition, for each unit of noise.
+#: Additional residual allowed to a mixture, per unit of noise.
 MISS_OF_NOISE = 6.0
-#: Largest difference of any channel of two regions of one colour: a constant, and for each unit of noise.
+#: Largest difference, in any channel, of two regions of one colour: a constant, and per unit of noise.
 SAME_COLOR, SAME_OF_NOISE = 1.5 / 255, 1.0
-#: Largest step that counts as a slope: shading, and the bands that 8 bits make of it.
+#: Largest step that counts as a slope: shading, and its bands when rounded to 8 bits.
 SLOPE_STEP = 6 / 255
-#: Share of neighbouring pixels that are equal in a clean picture.
+#: Share of equal neighbouring pixels from which a picture counts as clean.
 CLEAN_SHARE = 0.6
-#: Rounds in which unexplained pixels become cores.
+#: Most rounds in which unexplained pixels become cores.
 ROUNDS = 6
-#: Miss from which on a single pixel becomes a core, and pixels of the smallest region.
+#: Residual from which a single pixel becomes a core; pixels of the smallest region, in a clean and in a noisy picture.
 SINGLE_MISS, SMALLEST, SMALLEST_NOISY = 0.15, 5, 12
 _SQUARE = np.ones((3, 3), bool)
 
@@ -49,21 +48,21 @@ class FlatRegions:
     Attributes
     ----------
     labels : (H, W) int
-        Region of each pixel, 0 to K - 1: the one that most of it belongs to.
+        Region of each pixel, 0 to K - 1: the one that covers most of it.
     colors : (K, C) float
-        Colour of each.
+        Colour of each region.
     sizes : (K,) int
-        Pixels of each.
+        Number of pixels of each region.
     cores : (K,) int
-        Core that each region came from.
+        Core of each region.
     other : (H, W) int
-        Core that the rest of each pixel belongs to.
+        Core that covers the rest of each pixel.
     share : (H, W) float
-        Share of each pixel that is its region's, from 0.5 to 1.
+        Share of each pixel covered by its region, from 0.5 to 1.
     miss : (H, W) float
-        What is left of each pixel's colour unexplained, of any channel.
+        Largest residual of each pixel's colour, over the channels.
     noise : float
-        Root mean square of the picture's noise, 0 for a clean one.
+        Root-mean-square noise of the picture, 0 for a clean one.
     """
 
     labels: IntArray
@@ -77,7 +76,7 @@ class FlatRegions:
 
     @property
     def numbers(self) -> int:
-        """Numbers that layers of these regions have, of four segments each."""
+        """Count of the numbers that describe these regions as layers of four segments each."""
         return LAYER_NUMBERS * len(self.sizes)
 
     def cost(self, price: float) -> float:
@@ -85,23 +84,23 @@ class FlatRegions:
         return float(np.square(self.miss).sum()) + price * self.numbers
 
     def near(self, color: FloatArray) -> NDArray[np.bool_]:
-        """Whether each region has a colour (C,), but for noise: (K,)."""
+        """Whether each region has a colour (C,), up to noise: (K,)."""
         return np.asarray(np.abs(self.colors - color).max(axis=1) <= SAME_COLOR + SAME_OF_NOISE * self.noise)
 
     def alike(self, a: int, b: int) -> bool:
-        """Whether two regions have one fill."""
+        """Whether two regions have the same fill."""
         if a not in self._alike:
             self._alike[a] = self.near(self.colors[a])
         return bool(self._alike[a][b])
 
     @functools.cached_property
     def _alike(self) -> dict[int, NDArray[np.bool_]]:
-        """What :meth:`near` returned for the colours of regions that were asked for."""
+        """Cache of the results of :meth:`near` for the colours of regions."""
         return {}
 
     @functools.cached_property
     def border_noise(self) -> float:
-        """Standard deviation of the borders, px: the noise over the contrast of two sides, its median."""
+        """Standard deviation of the borders, px: the noise over the median contrast across borders."""
         steps = [
             (self.colors[a] - self.colors[b])[a != b]
             for a, b in ((self.labels[1:], self.labels[:-1]), (self.labels[:, 1:], self.labels[:, :-1]))
@@ -112,16 +111,16 @@ class FlatRegions:
         )
 
     def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
-        """Return by how much the squared error rises where one colour stands for some regions and others.
+        """Return the rise of the squared error if two sets of regions share one colour.
 
-        0 where all are alike.
+        0 if all are alike.
         """
         if all(self.alike(a, b) for a in one for b in other):
             return 0.0
         return self.one_color(one | other)[1] - self.one_color(one)[1] - self.one_color(other)[1]
 
     def one_color(self, ids: frozenset[int]) -> tuple[FloatArray, float]:
-        """Return the colour (C,) of one of some regions that stands for all with the least squared error, and that."""
+        """Return the region colour (C,) that represents a set of regions with least squared error, and that error."""
         own = sorted(ids)
         away = np.square(self.colors[own][:, None] - self.colors[own][None]).sum(axis=-1)
         errors = away @ self.sizes[own]
@@ -130,7 +129,7 @@ class FlatRegions:
 
 
 def flatness(image: NDArray[np.floating]) -> tuple[float, float, int]:
-    """Return the shares of pixels in flat cores and of small steps (slopes), and how many cores there are: quickly."""
+    """Return quick measures: the shares of pixels in flat cores and of small steps (slopes), the number of cores."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
     steps = np.concatenate([np.abs(np.diff(pixels, axis=axis)).max(axis=-1).ravel() for axis in (0, 1)])
     labels = _cores(pixels, _step(pixels))
@@ -145,13 +144,13 @@ def _step(pixels: FloatArray) -> float:
 
 
 def flat_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions:
-    """Cut a picture (H, W, C) into flat regions with resolved borders."""
+    """Segment a picture (H, W, C) into flat regions with resolved borders."""
     noisy = noisy_regions(image, miss)
     return clean_regions(image, miss) if noisy is None else noisy
 
 
 def noisy_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions | None:
-    """Return the flat regions of a picture with noise; None where there is none, or it is not flat but for it."""
+    """Segment a noisy picture into flat regions; None if it has no noise, or is not flat beneath the noise."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
     noise = noise_level(pixels)
     cores = noisy_cores(pixels, noise) if noise else None
@@ -162,14 +161,14 @@ def noisy_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> Fl
 
 
 def clean_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions:
-    """Return the flat regions of a picture that is taken to have no noise."""
+    """Segment a picture assumed to have no noise into flat regions."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
     labels = _cores(pixels, _step(pixels))
     return _resolved(pixels, labels, means_of(labels, pixels), miss, 0.0)
 
 
 def _resolved(pixels: FloatArray, labels: IntArray, colors: FloatArray, miss: float, noise: float) -> FlatRegions:
-    """Return the regions of some cores, by labels (H, W) and colours (K + 1, C), and of what these do not explain."""
+    """Grow cores, labels (H, W) and colours (K + 1, C), into regions, adding cores for unexplained pixels."""
     sure = len(colors)
     for round_number in range(ROUNDS):
         interruption.check()
@@ -185,7 +184,7 @@ def _resolved(pixels: FloatArray, labels: IntArray, colors: FloatArray, miss: fl
 
 
 def _cores(image: FloatArray, step: float) -> IntArray:
-    """Label the flat components that hold a block of 2 x 2 from 1 on; 0 elsewhere."""
+    """Label the flat components that contain a 2 x 2 block from 1 on; 0 elsewhere."""
     labels = grid_components(
         np.abs(np.diff(image, axis=1)).max(axis=-1) <= step, np.abs(np.diff(image, axis=0)).max(axis=-1) <= step
     )
@@ -199,7 +198,7 @@ def _cores(image: FloatArray, step: float) -> IntArray:
 def add_cores(
     image: FloatArray, labels: IntArray, colors: FloatArray, mixture: Mixture, miss: float, noise: float = 0.0
 ) -> tuple[FloatArray, int]:
-    """Make cores of the worst explained pixel of each patch, and of those like it around; `labels` is changed."""
+    """Make a core of the worst pixel of each unexplained patch and similar pixels around it; changes `labels`."""
     missed = np.zeros(labels.shape)
     missed[mixture.rows, mixture.columns] = np.minimum(mixture.miss, 9)
     patches, count = ndimage.label(missed > miss, _SQUARE)
@@ -227,9 +226,9 @@ def regions_of(
     miss_of_blends: float = 0.0,
     noise: float = 0.0,
 ) -> FlatRegions:
-    """Give mixed pixels to the core that most of them belongs to, and number the connected regions.
+    """Assign mixed pixels to the core that covers most of them, and number the connected regions.
 
-    Cores that are not `sure` may be blends of their neighbours; None says that all are.
+    Cores that are not `sure` may be blends of their neighbours; None means that all are.
     """
     size = image.shape[:2]
     miss = np.where(labels > 0, np.abs(image - colors[labels]).max(axis=-1), 0.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Labels of pixels: connected components of a relation between neighbours, and the mean colour of each."""
+"""Labels of pixels: connected components of a relation between neighbours, and their mean colours."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ IntArray = NDArray[np.int64]
 
 
 def grid_components(right: NDArray[np.bool_], down: NDArray[np.bool_], *slanted: NDArray[np.bool_]) -> IntArray:
-    """Label the pixels connected by what holds between neighbours to the right, below, and slanted ones, if any."""
+    """Label the components of pixels connected to right, lower and, optionally, diagonal neighbours."""
     height, width = right.shape[0], down.shape[1]
     n = np.arange(height * width).reshape(height, width)
     starts, ends = [n[:, :-1][right], n[:-1][down]], [n[:, 1:][right], n[1:][down]]

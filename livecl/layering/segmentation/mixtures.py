@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mixtures: pixels of anti-aliased borders explained by the two cores near them that mix to their colour.
+"""Mixtures: explain pixels of anti-aliased borders by the two nearby cores that mix to their colour.
 
-Where no two do, the pixel may be a seam: the faint line that a renderer leaves between shapes that abut.
+Where no two do, the pixel may be a seam: the faint line that a renderer leaves between abutting shapes.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from livecl.layering.segmentation.seams import find_seams
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Nearest cores that are mixed, and what distance counts like a miss, per px.
+#: Number of nearest cores considered, and the residual that a px of distance counts for.
 NEAR, DISTANCE_MISS = 4, 1 / 255
-#: Share of the pixels that no two colours explain, above which a picture is not flat: no seams are looked for.
+#: Share of pixels explained by no two colours above which a picture is not flat: no seams are sought.
 MOST_UNEXPLAINED = 0.05
 _OFFSETS = sorted(
     ((y, x) for y in range(-2, 3) for x in range(-2, 3) if (y, x) != (0, 0)), key=lambda o: (o[0] ** 2 + o[1] ** 2, o)
@@ -28,7 +28,7 @@ _OFFSETS = sorted(
 
 @dataclasses.dataclass(frozen=True)
 class Mixture:
-    """Pixels outside cores: where (P,), the two cores, the share of the first, and the residual."""
+    """Pixels outside cores: positions (P,), the two cores, the share of the first, and the residual."""
 
     rows: IntArray
     columns: IntArray
@@ -39,9 +39,9 @@ class Mixture:
 
 
 def explain(image: FloatArray, labels: IntArray, colors: FloatArray | None) -> Mixture:
-    """Explain each pixel outside the cores by the two cores near it that mix to its colour best.
+    """Explain each pixel outside the cores as the best mixture of two nearby cores.
 
-    Cores have colours (K + 1, C), or, without any, those of their pixels next to it.
+    Cores have colours (K + 1, C), or, if None, those of their pixels nearest to it.
     """
     rows, columns = np.nonzero(labels == 0)
     padded = np.pad(labels, 2)
@@ -79,7 +79,7 @@ def explain(image: FloatArray, labels: IntArray, colors: FloatArray | None) -> M
 
 
 def with_seams(image: FloatArray, labels: IntArray, colors: FloatArray, mixture: Mixture, miss: float) -> Mixture:
-    """Return mixtures, and seams where no two colours mix to a pixel's."""
+    """Explain pixels that no mixture of two colours explains as seams."""
     missed = np.flatnonzero(mixture.miss > miss)
     if len(missed) > MOST_UNEXPLAINED * labels.size:
         return mixture

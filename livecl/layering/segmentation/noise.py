@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Noise of a picture, and its flat regions seen through it: the few colours that most pixels scatter around.
+"""Noise of a picture, and its segmentation into flat regions: the few colours that most pixels scatter around.
 
-A picture that was compressed (JPEG) or scanned has no equal neighbours. Its colours are the modes of the quiet pixels'
-local means; every pixel belongs to one of them, by its colour and by its neighbours (a Potts model, relaxed by
-iterated conditional modes: Besag 1986). So what noise scatters buys no regions.
+A compressed (JPEG) or scanned picture has no equal neighbours. Its colours are the modes of the local means of quiet
+pixels; every pixel is assigned to one of them, by its own colour and its neighbours' (a Potts model, relaxed by
+iterated conditional modes: Besag 1986). So noise adds no regions.
 """
 
 from __future__ import annotations
@@ -17,36 +17,37 @@ from livecl import interruption
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Immerkaer's mask (1996): blind to slopes; its response to white noise is 6 times the noise, here once.
+#: Immerkaer's mask (1996): insensitive to slopes; normalized so that its response to white noise is the noise.
 _MASK = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]]) / 6
-#: Range of colours within 5 x 5 pixels up to which they are looked at for noise.
+#: Largest range of colour in 5 x 5 pixels within which noise is measured.
 QUIET = 40 / 255
-#: Response from which on a pixel counts as noisy; least share of such pixels beside edges, where compression leaves
-#: them, and their least root mean square. Of 30 drawings 0.05 at most are noisy there, as JPEG of quality 50 0.28 or
-#: more; gradients at 8 bits have 0.35 of 255 at most, JPEG of quality 50 has 0.8 or more.
+#: Response from which a pixel counts as noisy; least share of noisy pixels beside edges, where compression leaves them,
+#: and their least root mean square. Of 30 drawings at most 0.05 are noisy there, as JPEG of quality 50 at least 0.28;
+#: gradients at 8 bits have at most 0.35 of 255, JPEG of quality 50 at least 0.8.
 SOME, LEAST_SHARE, LEAST_NOISE = 0.3 / 255, 0.15, 0.5 / 255
-#: Radius of one colour, and range of colours of quiet pixels: a constant, and for each unit of noise.
+#: Radius of one colour, and range of colour of quiet pixels: a constant, and per unit of noise.
 RADIUS, RADIUS_OF_NOISE = 6 / 255, 1.5
 RANGE, RANGE_OF_NOISE = 8 / 255, 8.0
-#: Share of the pixels that a colour must have, most colours, and width of a bin in which modes are sought.
+#: Least share of pixels of a colour; most colours; bin width of the mode search.
 LEAST_COLOR, MOST_COLORS, BIN = 4e-4, 48, 4 / 255
-#: Deviation of a pixel from its colour, at least and for each unit of noise; what each of 8 neighbours weighs; rounds.
+#: Deviation of a pixel from its colour, a constant and per unit of noise; weight of each of 8 neighbours; rounds.
 SPREAD, SPREAD_OF_NOISE, NEIGHBOR, ROUNDS = 4 / 255, 2.0, 0.7, 4
-#: Window, px, over which noise cancels; mean from which on it is shading; share of the quiet pixels of a flat picture
-#: that may have some: 15 drawings as JPEG of quality 50 have 0.08 at most, 6 of 8 shaded ones 0.19 to 0.7.
+#: Window, px, over which noise averages out; mean residual from which it is shading; largest share of the quiet pixels
+#: of a flat picture with such residuals: 15 drawings as JPEG of quality 50 have at most 0.08, 6 of 8 shaded ones 0.19
+#: to 0.7.
 WINDOW, SHADE, MOST_SHADED = 7, 3.5 / 255, 0.13
-#: How far from an edge its ringing is looked for, px: a block of JPEG has 8.
+#: Distance from an edge, px, within which ringing is measured: a block of JPEG has 8.
 BESIDE = 4
-#: The most that it counts as: beyond are colours of small shapes.
+#: Upper limit of the ringing: above it are colours of small shapes.
 MOST_RINGING = 6 / 255
-#: Cost from which on all colours of a pixel are as wrong: six deviations away.
+#: Cost from which all colours are equally wrong for a pixel: six deviations.
 MOST_COST = 18.0
-#: What a pixel of a core may miss its colour by: a constant, and for each unit of noise.
+#: Largest residual of a pixel of a core: a constant, and per unit of noise.
 MISS, MISS_OF_NOISE = 10 / 255, 3.0
 
 
 def noise_level(image: FloatArray) -> float:
-    """Estimate the noise of a picture (H, W, C): its root mean square in quiet places, 0 for a clean picture."""
+    """Estimate the noise of a picture (H, W, C): root mean square in quiet areas, 0 for a clean picture."""
     if min(image.shape[:2]) < 5:
         return 0.0
     quiet = _range(image) <= QUIET
@@ -62,9 +63,9 @@ def noise_level(image: FloatArray) -> float:
 
 
 def noisy_cores(image: FloatArray, noise: float) -> tuple[IntArray, FloatArray, float] | None:
-    """Return cores of a noisy picture, None where it is not flat.
+    """Find the cores of a noisy picture; None if it is not flat.
 
-    Labels (H, W), 0 outside, colours (K + 1, C), and the noise, that beside edges included.
+    Returns labels (H, W), 0 outside, colours (K + 1, C), and the noise, including that beside edges.
     """
     palette = _palette(image, noise)
     if palette is None:
@@ -91,7 +92,7 @@ def noisy_cores(image: FloatArray, noise: float) -> tuple[IntArray, FloatArray, 
 
 
 def _shaded(left: FloatArray, nearest: IntArray, quiet: NDArray[np.bool_]) -> bool:
-    """Whether the residual of one colour a pixel is no noise: its mean over neighbours of that colour is large."""
+    """Whether the residual of a one-colour-per-pixel model is shading, not noise: its local means are large."""
     sums, counts = np.zeros_like(left), np.ones(nearest.shape)
     for k in np.unique(nearest):
         interruption.check()
@@ -104,7 +105,7 @@ def _shaded(left: FloatArray, nearest: IntArray, quiet: NDArray[np.bool_]) -> bo
 
 
 def _ringing(image: FloatArray, shown: FloatArray, nearest: IntArray) -> float:
-    """Return the noise beside edges, as compression leaves it there: root mean square."""
+    """Estimate the ringing of compression beside edges: root mean square."""
     edge = ndimage.maximum_filter(nearest, 3) != ndimage.minimum_filter(nearest, 3)
     near = ndimage.binary_dilation(edge, np.ones((3, 3)), iterations=BESIDE) & ~ndimage.binary_dilation(edge)
     if not near.any():
@@ -113,13 +114,13 @@ def _ringing(image: FloatArray, shown: FloatArray, nearest: IntArray) -> float:
 
 
 def _range(image: FloatArray) -> FloatArray:
-    """Range of the colours within 5 x 5 pixels, of any channel."""
+    """Return the largest range of colour over the channels in 5 x 5 pixels."""
     size = (5, 5, 1)
     return np.asarray((ndimage.maximum_filter(image, size) - ndimage.minimum_filter(image, size)).max(axis=-1))
 
 
 def _palette(image: FloatArray, noise: float) -> FloatArray | None:
-    """Return the colours (K, C) that quiet pixels scatter around, the most frequent first; None for too many."""
+    """Return the colours (K, C) that quiet pixels scatter around, the most frequent first; None if too many."""
     quiet = _range(image) <= RANGE + RANGE_OF_NOISE * noise
     means = np.asarray(ndimage.uniform_filter(image, (5, 5, 1)))[quiet]
     radius, least = RADIUS + RADIUS_OF_NOISE * noise, LEAST_COLOR * image.shape[0] * image.shape[1]
@@ -145,7 +146,7 @@ def _palette(image: FloatArray, noise: float) -> FloatArray | None:
 
 
 def _told_apart(palette: FloatArray, radius: float) -> FloatArray:
-    """Return the colours that lie farther than a radius from every more frequent one."""
+    """Remove colours within a radius of a more frequent one."""
     kept: list[FloatArray] = []
     for color in palette:
         if all(np.abs(color - other).max() > radius for other in kept):
@@ -154,7 +155,7 @@ def _told_apart(palette: FloatArray, radius: float) -> FloatArray:
 
 
 def _relaxed(image: FloatArray, palette: FloatArray, noise: float) -> IntArray:
-    """Return the colour of each pixel: the nearest, unless its neighbours have another."""
+    """Return the index of each pixel's colour: the nearest, regularized by its neighbours."""
     spread = SPREAD + SPREAD_OF_NOISE * noise
     cost = np.empty((len(palette), *image.shape[:2]))
     for k, color in enumerate(palette):

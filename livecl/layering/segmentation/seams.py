@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Seams: what shows through where two shapes abut within a pixel, which nobody drew.
+"""Seams: faint lines where two abutting shapes are composited within a pixel (conflation artifacts).
 
 A renderer composites shape by shape. Where the first covers a share f of a pixel with colour A, over the colour G, and
 the second the rest with colour B, the pixel becomes
@@ -25,23 +25,23 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: What a seam may miss a colour by: rounding to 8 bits, once for each of two shapes and once for their colours.
+#: Largest residual of a seam: rounding to 8 bits, once for each of two shapes and once for their colours.
 SEAM_MISS = 1.5 / 255
-#: Reach, px, within which cores lie beside a pixel; blends of three pixels lie between cores that touch.
+#: Reach, px, within which cores count as beside a pixel; blends of three pixels lie between touching cores.
 REACH = 2
-#: Least number of connected unexplained pixels, and least share of them that look like seams: where three shapes meet,
-#: one to three do, and by chance a few of a thin line.
+#: Fewest connected unexplained pixels, and the least share of them that look like seams: where three shapes meet, one
+#: to three do, and by chance a few of a thin line.
 LEAST_PIXELS, LEAST_SHARE = 5, 0.5
-#: Pixels times triples that are fitted at once.
+#: Pixels times triples fitted at once.
 CHUNK = 1 << 18
-#: Shares tried before the best is refined, and steps of Gauss and Newton that refine it.
+#: Shares tried before the best is refined; Gauss-Newton steps of the refinement.
 SHARES, STEPS = np.linspace(0, 1, 17), 3
 _SQUARE = np.ones((3, 3), bool)
 
 
 @dataclasses.dataclass(frozen=True)
 class Seams:
-    """Pixels (P,) as seams: whether they are, the two cores, the first one's share, and the residual."""
+    """Pixels (P,) as seams: whether each is one, its two cores, the first one's share, and the residual."""
 
     found: BoolArray
     first: IntArray
@@ -53,10 +53,10 @@ class Seams:
 def find_seams(
     image: FloatArray, labels: IntArray, colors: FloatArray, rows: IntArray, columns: IntArray, miss: float
 ) -> Seams:
-    """Explain pixels (P,) of a picture without noise as seams between two cores near them.
+    """Explain pixels (P,) of a noise-free picture as seams between two nearby cores.
 
-    A seam lies between two colours that differ by more than `miss`: a faint line across one colour was drawn. What
-    shows through is a third core, which touches one of the two.
+    A seam lies between two colours that differ by more than `miss`: a faint line across one colour was drawn. The
+    colour that shows through is that of a third core, which touches one of the two.
     """
     seams = Seams(np.zeros(len(rows), bool), *np.zeros((2, len(rows)), np.int64), *np.ones((2, len(rows))))
     if not len(rows):
@@ -88,7 +88,7 @@ def find_seams(
 
 
 def _touching(labels: IntArray, count: int) -> BoolArray:
-    """Return which cores lie beside each other, but for the blends between them: (K + 1, K + 1)."""
+    """Return which cores touch, up to the blends between them: (K + 1, K + 1)."""
     touching = np.zeros((count, count), bool)
     for step in range(1, REACH + 2):
         for a, b in ((labels[step:], labels[:-step]), (labels[:, step:], labels[:, :-step])):
@@ -98,9 +98,9 @@ def _touching(labels: IntArray, count: int) -> BoolArray:
 
 
 def _triples(near: IntArray, colors: FloatArray, kinds: IntArray, touching: BoolArray, miss: float) -> IntArray:
-    """Return the cores (T, 3) that may make a seam where some are near: two sides in order, and what shows through.
+    """Return candidate triples of cores (T, 3) near a pixel: two sides, in order, and the colour showing through.
 
-    Of those that show through one of each kind of colour is enough.
+    Of several cores of one colour that may show through, the first is taken.
     """
     found = []
     for a, b in itertools.permutations(near.tolist(), 2):
@@ -112,7 +112,7 @@ def _triples(near: IntArray, colors: FloatArray, kinds: IntArray, touching: Bool
 
 
 def _fitted(wanted: FloatArray, a: FloatArray, b: FloatArray, g: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the shares (P, T) of the first of colours (T, C) that come nearest to pixels (P, 1, C), and the misses."""
+    """Fit the share (P, T) of the first of three colours (T, C) to pixels (P, 1, C); return shares and residuals."""
     one, square = g - b, a - g  # the pixel is b + f (g - b) + f^2 (a - g)
     least, share = np.full((len(wanted), len(a)), np.inf), np.zeros((len(wanted), len(a)))
     for tried in SHARES:
@@ -129,7 +129,7 @@ def _fitted(wanted: FloatArray, a: FloatArray, b: FloatArray, g: FloatArray) -> 
 
 
 def _mostly(found: BoolArray, rows: IntArray, columns: IntArray, size: tuple[int, ...]) -> BoolArray:
-    """Whether each pixel hangs together with enough pixels most of which are seams."""
+    """Whether each pixel belongs to a large enough component of pixels of which most are seams."""
     seen = np.zeros(size, bool)
     seen[rows, columns] = True
     patch = ndimage.label(seen, _SQUARE)[0][rows, columns]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small regions that their neighbours explain: specks, blends of two colours, what noise and ringing differ by."""
+"""Small regions explained by their neighbours: specks, blends of two colours, noise and ringing."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from scipy import ndimage
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Largest difference of one colour, levels of 255, and for each unit of noise.
+#: Largest difference within one colour, and per unit of noise.
 SAME_STEP, ALIKE_OF_NOISE = 2.5 / 255, 3.0
-#: Smallest regions, in units of the smallest, that may be a blend of two neighbours.
+#: Largest region, as a multiple of the smallest one kept, that may be a blend of two neighbours.
 BLENDED = 5
-#: Contrast of a small or thin region, as a share of that of the edge along which it lies, up to which it is the ringing
-#: of compression; share of a thin region's pixels that lie in blocks of 3 x 3.
+#: Contrast of a small or thin region up to which it counts as compression ringing, as a share of the contrast of the
+#: edge along it; share of a region's pixels in 3 x 3 blocks below which it is thin.
 RINGING, THIN_SHARE = 0.3, 0.5
 _SQUARE = np.ones((3, 3), bool)
 
@@ -25,9 +25,9 @@ _SQUARE = np.ones((3, 3), bool)
 def without_small(
     parts: IntArray, colors: FloatArray, smallest: int, miss: float, sure: NDArray[np.bool_], noise: float
 ) -> IntArray:
-    """Give regions of too few pixels, and small ones that their neighbours explain, to that of the nearest colour.
+    """Merge regions that are too small, or that their neighbours explain, into the neighbour of nearest colour.
 
-    Those that are `sure` have a colour of their own.
+    Regions that are `sure` have a colour of their own.
     """
     sizes = np.bincount(parts.ravel())
     boxes = ndimage.find_objects(parts + 1)
@@ -58,17 +58,17 @@ def without_small(
 
 
 def _is_thin(inside: NDArray[np.bool_]) -> bool:
-    """Whether few of a region's pixels lie in blocks of 3 x 3 of them."""
+    """Whether few of a region's pixels lie in 3 x 3 blocks of it."""
     return bool(ndimage.binary_opening(inside, _SQUARE).sum() < THIN_SHARE * inside.sum())
 
 
 def _is_ringing(contrast: float, others: FloatArray) -> bool:
-    """Whether a contrast is little beside that of the edge between other colours (K, C)."""
+    """Whether a contrast is small compared with that of the edge between other colours (K, C)."""
     return bool(contrast < RINGING * np.abs(others[:, None] - others[None]).max())
 
 
 def _is_blend(color: FloatArray, others: FloatArray, miss: float) -> bool:
-    """Whether a colour lies between two others, up to a miss."""
+    """Whether a colour lies between two others, within a tolerance."""
     for a, b in itertools.combinations(others, 2):
         share = float((color - b) @ (a - b) / max(float((a - b) @ (a - b)), 1e-12))
         if 0 <= share <= 1 and np.abs(color - b - share * (a - b)).max() <= miss:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Regions of smoothly changing colour: a picture cut where colour jumps, not where it drifts, and the fill of each.
+"""Regions of smoothly varying colour: a picture segmented where colour jumps, not where it drifts, with fitted fills.
 
-Neighbouring pixels belong together where the second differences of colour are as small as rounding makes them: they
-are 0 on a ramp, and large on an antialiased edge. Where an edge fades out, two regions of different fills hang
-together: a region that no fill explains is cut along the pixels which its best fill misses.
+Neighbouring pixels are connected where the second differences of colour are within rounding: they are 0 on a ramp, and
+large on an anti-aliased edge. Where an edge fades out, two regions of different fills stay connected: a region that no
+fill explains is split along the pixels missed by its best fill.
 """
 
 from __future__ import annotations
@@ -36,25 +36,25 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: Mean squared error of a channel that may come of one fill for two regions, and that of a linear one beyond which no
-#: other is looked for.
+#: Mean squared error of a channel allowed to one fill for two regions, and that of an affine one above which no other
+#: kind is tried.
 ONE_FILL, ROUGHLY = (1.5 / 255) ** 2, (12 / 255) ** 2
 
 
 @dataclasses.dataclass(frozen=True)
 class SmoothRegions(FlatRegions):
-    """Connected regions of one fill each; `colors` are those of the best single colours.
+    """Connected regions of one fill each; `colors` are the best single colours.
 
     Attributes
     ----------
     image : (H, W, C) float
         The picture: RGB, or premultiplied RGBA.
     price : float
-        Of a number that describes a fill, squared error.
+        Price of a number that describes a fill, squared error.
     kinds : tuple of str
-        Fills that regions may have.
+        Kinds of gradients allowed.
     inner : (H, W) bool
-        Pixels that are their region's alone.
+        Pixels wholly covered by their region.
     """
 
     image: FloatArray
@@ -76,17 +76,17 @@ class SmoothRegions(FlatRegions):
 
     @property
     def numbers(self) -> int:
-        """Numbers that layers of these regions have, of four segments each, those of their fills included."""
+        """Count of the numbers that describe these regions as layers of four segments each, fills included."""
         fills = sum(self.paint(frozenset((k,))).numbers for k in range(len(self.sizes)))
         return super().numbers + fills - COLOR_NUMBERS * len(self.sizes)
 
     @property
     def shaded(self) -> bool:
-        """Whether any region has a gradient; flat ones have none together either."""
+        """Whether any region has a gradient; unions of flat regions have none."""
         return any(not self.paint(frozenset((k,))).solid for k in range(len(self.sizes)))
 
     def paint(self, ids: frozenset[int]) -> Paint:
-        """Return the fill that some regions have together."""
+        """Return the fill fitted to a set of regions together."""
         if ids not in self._paints:
             interruption.check()
             own = self.pixels_of(ids)
@@ -95,11 +95,11 @@ class SmoothRegions(FlatRegions):
         return self._paints[ids]
 
     def shown(self, ids: frozenset[int], mask: BoolArray) -> FloatArray:
-        """Return what the fill of some regions shows at pixels (H, W), as pixels of the picture: (n, C)."""
+        """Evaluate the fill of a set of regions at pixels (H, W), in the picture's channels: (n, C)."""
         return premultiplied_colors(self.paint(ids).at(pixel_centers(mask)))[:, : self.image.shape[2]]
 
     def pixels_of(self, ids: frozenset[int]) -> BoolArray:
-        """Return the pixels (H, W) that are some regions' alone; all of theirs where these are few."""
+        """Return the pixels (H, W) wholly covered by a set of regions; all of theirs if these are few."""
         found = np.zeros(self.labels.shape, bool)
         for k in ids:
             box = self._boxes[k]
@@ -109,7 +109,7 @@ class SmoothRegions(FlatRegions):
         return found
 
     def error(self, ids: frozenset[int]) -> float:
-        """Return the squared error that the fill of some regions leaves, and its price."""
+        """Return the squared error plus price of the fill of a set of regions."""
         paint = self.paint(ids)
         return paint.error + self.price * paint.numbers
 
@@ -118,7 +118,7 @@ class SmoothRegions(FlatRegions):
         return {}
 
     def _affine(self, ids: frozenset[int]) -> FloatArray:
-        """Return the weighted sums of the products of (1, x, y, straight RGBA) over some regions' pixels: (7, 7)."""
+        """Return the weighted sums of products of (1, x, y, straight RGBA) over the pixels of some regions: (7, 7)."""
         if ids not in self._moments:
             mask = self.pixels_of(ids)
             colors = straight(self.image[mask])
@@ -133,14 +133,14 @@ class SmoothRegions(FlatRegions):
         return float(weights @ np.square(paint.at(pixel_centers(mask)) - colors).sum(axis=1))
 
     def alike(self, a: int, b: int) -> bool:
-        """Whether two regions have one fill: a fill fitted to both costs less than two, or hardly misses any pixel."""
+        """Whether two regions have the same fill: one fitted to both costs less than two, or hardly misses a pixel."""
         own = [frozenset((k,)) for k in (a, b)]
         if all(self.paint(k).solid for k in own):
             return super().alike(a, b)
         return self.rise(*own) <= 0
 
     def rise(self, one: frozenset[int], other: frozenset[int]) -> float:
-        """Return by how much error and price of one fill for some regions and others exceed those of two fills."""
+        """Return the rise of error plus price if two sets of regions share one fill."""
         solid = [ids for ids in (one, other) if self.paint(ids).solid]
         if len(solid) == 2:  # no ramp leads from one flat colour to another
             return 0.0 if super().rise(one, other) == 0 else np.inf
@@ -161,14 +161,14 @@ class SmoothRegions(FlatRegions):
 
 
 def smoothness(image: NDArray[np.floating]) -> float:
-    """Return the share of the pixels of a picture (H, W, C) in smooth cores: quickly."""
+    """Return a quick measure: the share of the pixels of a picture (H, W, C) in smooth cores."""
     return float(np.mean(smooth_cores(np.asarray(image, dtype=np.float64)) > 0))
 
 
 def unmixed(image: NDArray[np.floating], miss: float) -> float:
-    """Return the share of the pixels of a picture (H, W, C) that lie in no smooth core and mix no colours beside them.
+    """Return the share of the pixels of a picture (H, W, C) outside smooth cores that are no mixture of nearby colours.
 
-    They miss such mixtures by more than `miss`. Far quicker than cutting the cores, which makes them hardly fewer.
+    Their residual exceeds `miss`. Far quicker than splitting the cores, which hardly lowers the share.
     """
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
     labels = smooth_cores(pixels)
@@ -177,7 +177,7 @@ def unmixed(image: NDArray[np.floating], miss: float) -> float:
 
 
 def _mixed(image: FloatArray, labels: IntArray) -> Mixture:
-    """Add the flat cores that the pixels between cores (H, W) ask for; return the mixtures that show the others."""
+    """Add flat cores for unexplained pixels between cores (H, W); return the mixtures of the other pixels."""
     for round_number in range(ROUNDS):
         interruption.check()
         mixture = explain(image, labels, None)
@@ -189,7 +189,7 @@ def _mixed(image: FloatArray, labels: IntArray) -> Mixture:
 
 
 def smooth_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, ...]) -> SmoothRegions:
-    """Cut a picture (H, W, C) into regions of one fill each with resolved borders."""
+    """Segment a picture (H, W, C) into regions of one fill each, with resolved borders."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
     labels, overlaid = cut_cores(pixels, smooth_cores(pixels), price, kinds)
     _mixed(pixels, labels)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Strokes: centre lines of inks on paper, thin layers explained by a line and a width, and their revision."""
+"""Strokes: find centre lines of ink on paper, convert thin layers to strokes, and simplify strokes."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Join lines of one ink where another ink covers them: ends that face each other across what lies between."""
+"""Bridge gaps in lines of one ink where another ink covers them, between ends that face each other."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from livecl.layering.strokes.lines import RULES, InkTrace, StrokeRules
 
 FloatArray = NDArray[np.float64]
 
-#: Cosine between the direction in which a line ends and that to the other end, at least.
+#: Cosine of the largest angle between the direction of a line's end and the way to the other end.
 FACING = 0.9
-#: Share of the way between two ends that ink covers, at least.
+#: Least share of the gap between two ends that ink covers.
 COVERED = 0.7
-#: Length of a line, in its widths and px, along which the direction of its end is measured.
+#: Length of a line, in its widths, but at least `LEAST_REACH` px, along which the direction of its end is measured.
 REACH, LEAST_REACH = 2.0, 4.0
-#: Length of a line, in its widths, that is left out at an end: what covers it cuts it off aslant.
+#: Length of a line, in its widths, ignored at an end: the covering ink cuts it off at a slant.
 CUT_OFF = 0.75
-#: Distance of two ends in widths of the line and px more, within which they are looked at.
+#: Largest gap: widths of the line, plus px.
 FAR, FAR_MORE = 4.0, 24.0
 
 
 def bridged(traces: list[InkTrace], covered: FloatArray, rules: StrokeRules = RULES) -> list[InkTrace]:
-    """Return traces of one ink, joined where their ends face each other beneath other inks.
+    """Bridge gaps between traces of one ink whose ends face each other beneath other inks.
 
-    Inks cover a share `covered` (H, W) of each pixel; lines that may be one differ by `same_width` of the rules at
-    most.
+    Inks cover a share `covered` (H, W) of each pixel; widths of joined lines differ by a factor of at most
+    `same_width`.
     """
     traces = list(traces)
     while True:
@@ -49,12 +49,12 @@ def bridged(traces: list[InkTrace], covered: FloatArray, rules: StrokeRules = RU
 
 
 def _from_end(trace: InkTrace, at: int) -> FloatArray:
-    """Return the points of a trace, one end first."""
+    """Return the points of a trace, starting at one end."""
     return trace.points if at == 0 else trace.points[::-1]
 
 
 def _gap(first: FloatArray, second: FloatArray, width: float, covered: FloatArray) -> float | None:
-    """Return the distance of two ends, each first of its points, that face each other; None where they do not."""
+    """Return the distance of two ends, each first of its points, that face each other; None if they do not."""
     across = second[0] - first[0]
     distance = float(np.hypot(*across))
     if not 0 < distance <= FAR * width + FAR_MORE:
@@ -69,7 +69,7 @@ def _gap(first: FloatArray, second: FloatArray, width: float, covered: FloatArra
 
 
 def _direction(points: FloatArray, width: float) -> FloatArray:
-    """Return the unit direction in which a line leaves by its first point."""
+    """Return the unit tangent of a line at its first point, pointing outwards."""
     points = _cut_off(points, width)
     away = np.hypot(*(points - points[0]).T)
     reach = max(REACH * width, LEAST_REACH)
@@ -79,14 +79,14 @@ def _direction(points: FloatArray, width: float) -> FloatArray:
 
 
 def _cut_off(points: FloatArray, width: float) -> FloatArray:
-    """Return the points of a line without those near the first, if it is long enough."""
+    """Return a line without its points near the first one, if it is long enough."""
     away = np.hypot(*(points - points[0]).T)
     kept = points[int(np.argmax(away > CUT_OFF * width)) :]
     return kept if len(kept) > len(points) / 2 else points
 
 
 def _joined_traces(first: InkTrace, second: InkTrace, one: int, other: int) -> InkTrace:
-    """Return the line of two whose ends, by 0 and 1, are one place."""
+    """Join two traces at given ends, 0 or 1."""
     before = _cut_off(_from_end(first, one), first.width)[::-1]
     after = _cut_off(_from_end(second, other), second.width)
     points = np.concatenate([before, _between(before[-1], after[0]), after])
@@ -94,12 +94,12 @@ def _joined_traces(first: InkTrace, second: InkTrace, one: int, other: int) -> I
 
 
 def _closed(trace: InkTrace) -> InkTrace:
-    """Return a line that ends where it begins."""
+    """Close a trace by joining its own ends."""
     points = _cut_off(_cut_off(trace.points, trace.width)[::-1], trace.width)
     return InkTrace(np.concatenate([points, _between(points[-1], points[0])]), trace.radii, closed=True)
 
 
 def _between(start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return points between two, about one a pixel."""
+    """Return points between two, about one per px."""
     count = int(np.hypot(*(end - start)))
     return np.asarray(start + np.linspace(0, 1, count + 2)[1:-1, None] * (end - start))

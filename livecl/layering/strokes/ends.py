@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ends of lines: caps, as the ink shows them, and how far a line goes on beneath each.
+"""Caps of lines chosen by the error, with the length that each cap needs.
 
-A cap covers the same as a flat end that lies farther out: by half a width for a square one, by pi / 8 widths for a
-round one. So a line whose cap changes is lengthened or shortened by the difference, but for ends that lie on another
-line, where no cap is seen.
+A round or square cap covers as much as a flat end that lies farther out, by pi / 8 or half a width. A line whose cap
+changes is therefore lengthened or shortened by the difference, except at ends that lie on another line, where no cap is
+visible.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from livecl.layering.context import Context
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Length, in widths, of a flat end that covers as much as a cap.
+#: Length, in widths, of a flat end that covers the same area as a cap.
 REACH = {BUTT: 0.0, ROUND: np.pi / 8, SQUARE: 0.5}
-#: Samples of lines, for each width; most of one segment.
+#: Samples of lines per width; most samples of a segment.
 SAMPLES, MOST = 4, 64
-#: Part of a line, in widths, on which its own end lies anyway.
+#: Length of a line, in widths, next to its end that is not searched for contact with the end.
 OWN = 1.5
 
 
 def with_best_ends(context: Context, drawing: Drawing) -> Drawing:
-    """Return a drawing whose strokes have the caps of the least error; the same object where they have them."""
+    """Return a drawing with the caps of least error for each stroke; the same object if none changes."""
     best, error = drawing, context.visible_mse(drawing)
     for layer in drawing.strokes.stroked_layers.tolist():
         for cap in (BUTT, ROUND):
@@ -43,7 +43,7 @@ def with_best_ends(context: Context, drawing: Drawing) -> Drawing:
 
 
 def _with_caps(drawing: Drawing, layer: int, cap: int) -> Drawing:
-    """Return a drawing, one layer of which has other caps; the same object where it has these, or no end."""
+    """Return a drawing with other caps for one layer; the same object if it has them already, or has no ends."""
     strokes = drawing.strokes
     subpaths = slice(*drawing.layer_offsets[layer : layer + 2])
     is_open = strokes.is_open[subpaths]
@@ -59,9 +59,9 @@ def _with_caps(drawing: Drawing, layer: int, cap: int) -> Drawing:
 
 
 def lengthened(lines: list[FloatArray], is_open: BoolArray, width: float, by: float) -> list[FloatArray]:
-    """Return the rows (s, 3, 2) of lines of a width, px, whose free ends are moved outwards by a length, px.
+    """Lengthen lines of a width, px, at their free ends by a length, px; rows (s, 3, 2).
 
-    Ends that lie on a line, their own among them, stay.
+    Ends that lie on another line, or on their own, stay.
     """
     samples = [_samples(rows, gap, width) for rows, gap in zip(lines, is_open, strict=True)]
     found = []
@@ -89,7 +89,7 @@ def lengthened(lines: list[FloatArray], is_open: BoolArray, width: float, by: fl
 
 
 def _samples(rows: FloatArray, is_open: bool, width: float) -> FloatArray:
-    """Return points (n, 2) along a line, some a width."""
+    """Return points (n, 2) along a line, some per width."""
     after = rows[1:, 0] if is_open else np.roll(rows, -1, axis=0)[:, 0]
     cubics = np.concatenate([rows[: len(after)], after[:, None]], axis=1)
     longest = float(np.hypot(*np.diff(cubics, axis=1).reshape(-1, 2).T).reshape(-1, 3).sum(axis=1).max(initial=0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Find strokes: lines of ink on paper as layers with a centre line, a width, caps and joins."""
+"""Find strokes: lines of ink on paper as layers with centre lines, a width, caps and joins."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from livecl.layering.strokes.lines import RULES, Line, StrokeRules, find_traces,
 
 FloatArray = NDArray[np.float64]
 
-#: Share of a pixel from which on ink counts where strokes are judged.
+#: Coverage from which ink counts when strokes are evaluated.
 FAINT = 0.1
 
 
 def find_strokes(context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES) -> Drawing:
-    """Return the strokes of a picture of line art, a layer for each ink and width that meet; none of other pictures."""
+    """Find the strokes of line art, a layer for each combination of ink and width; no layers for other pictures."""
     found, explained = strokes_of_inks(context, background, rules)
     wanted = 0.0 if context.options.strokes == "only" else rules.explained
     return found if explained >= wanted else empty_drawing(found.size, background)
@@ -37,7 +37,7 @@ def find_strokes(context: Context, background: NDArray[Any] | None, rules: Strok
 def strokes_of_inks(
     context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES
 ) -> tuple[Drawing, float]:
-    """Return the strokes of a picture, bottom first, and the share of what is ink or drawn that is both."""
+    """Find the strokes of a picture, bottom first; return them and their overlap with the ink (IoU)."""
     target = np.asarray(context.target, dtype=np.float64)
     size = (target.shape[0], target.shape[1])
     nothing = empty_drawing(size, background)
@@ -81,17 +81,17 @@ def strokes_of_inks(
 
 
 def _straight_rgba(color: FloatArray) -> FloatArray:
-    """Return straight RGBA of a pixel's colour, RGB or premultiplied RGBA."""
+    """Convert a pixel's colour, RGB or premultiplied RGBA, to straight RGBA."""
     if len(color) == 3:
         return np.append(np.clip(color, 0, 1), 1.0)
     return np.clip(np.append(color[:3] / max(float(color[3]), 1e-6), color[3]), 0, 1)
 
 
 def _paint_order(coverages: NDArray[Any], colors: FloatArray, target: FloatArray) -> list[int]:
-    """Return layers, bottom first, so that where two overlap the upper one is what is seen.
+    """Return the paint order of layers, bottom first, from the colours where they overlap.
 
-    The evidence for one above another is how much nearer the pixels that both cover are to its colour. The next layer
-    is always the one with the least evidence against it.
+    The evidence for one layer above another is by how much the pixels covered by both are nearer to its colour. The
+    next layer is always the one with least evidence against it.
     """
     count = len(coverages)
     errors = [np.square(target[..., :3] - color[:3]).sum(axis=2) for color in colors]
@@ -108,10 +108,10 @@ def _paint_order(coverages: NDArray[Any], colors: FloatArray, target: FloatArray
 
 
 def _groups(lines: list[Line], rules: StrokeRules) -> list[list[Line]]:
-    """Return lines of one width and strength together, the widest first.
+    """Group lines of one width and strength, the widest first.
 
-    Long lines, whose width is known well, are of one width if it differs by less than `one_width`; short ones join the
-    nearest within `same_width`.
+    Long lines, whose width is known well, join a group if the widths differ by a factor of less than `one_width`; short
+    ones join the nearest group within `same_width`.
     """
     groups: list[list[Line]] = []
     for line in sorted(lines, key=lambda line: -line.length / max(line.width, 1e-6)):
@@ -133,7 +133,7 @@ def _groups(lines: list[Line], rules: StrokeRules) -> list[list[Line]]:
 def best_pen(
     context: Context, lines: list[Line], color: FloatArray, coverage: FloatArray, canvas: Drawing
 ) -> tuple[Drawing, FloatArray]:
-    """Return lines as a layer, with the caps and joins that cover the ink best, and what they cover (H, W)."""
+    """Return lines as a layer, with the caps and joins that match the ink best, and its coverage (H, W)."""
     width = float(np.average([line.width for line in lines], weights=[line.length + line.width for line in lines]))
     plain, is_open = [line.points for line in lines], np.array([not line.closed for line in lines])
     options = []

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Paper and inks of line art: their colours, and the share of each pixel that each ink covers.
+"""Inks and paper of line art: their colours, and the coverage of each pixel by each ink.
 
-The paper is the most frequent colour, which may change slowly over the picture, as light does on a photographed sheet;
-inks are the colours farthest from it. A pixel between paper and ink is covered by ink by the share that its colour lies
-between the two, which gives the border of a line to a fraction of a pixel.
+The paper is the most frequent colour, which may vary slowly over the picture, like the light on a photographed sheet;
+inks are the colours farthest from it. The coverage of a pixel is the position of its colour between paper and ink,
+which gives the border of a line to a fraction of a pixel.
 """
 
 from __future__ import annotations
@@ -20,33 +20,33 @@ FloatArray = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class InkRules:
-    """What counts as ink; distances are those of RGB in [0, 1].
+    """Thresholds for inks; distances are those of RGB in [0, 1].
 
     Values: chosen by hand on line drawings; with them, and no others, the errors of docs/strokes.md were measured.
     """
 
-    blur: float = 0.5  # standard deviation, px, of the Gaussian that takes noise out of the colours of inks
-    contrast: float = 0.2  # least distance of ink from the paper
-    same_ink: float = 0.25  # distance of two colours up to which they are one ink
-    even: float = 0.15  # share by which pixels within ink may differ from their neighbours
-    few: int = 4  # fewest pixels that tell an ink's colour
-    near: float = 0.7  # standard deviation, px, of the Gaussian around a pixel whose colours tell its ink
-    shading: float = 0.03  # change of the paper's colour over the picture from which on it is taken out
-    rounds: int = 4  # of least squares, each without the pixels that the one before finds to be no paper
+    blur: float = 0.5  # standard deviation, px, of the Gaussian that removes noise from the colours of inks
+    contrast: float = 0.2  # least distance of an ink from the paper
+    same_ink: float = 0.25  # largest distance between two colours of one ink
+    even: float = 0.15  # largest share by which pixels within ink differ from their neighbours
+    few: int = 4  # fewest pixels that determine an ink's colour
+    near: float = 0.7  # standard deviation, px, of the Gaussian window in which a pixel's ink is decided
+    shading: float = 0.03  # least change of the paper's colour over the picture that is corrected
+    rounds: int = 4  # rounds of least squares, each without the pixels that the last one finds to be no paper
 
 
 INKS = InkRules()
 
 
 class Ink(NamedTuple):
-    """Colour of an ink, and its share of each pixel (H, W)."""
+    """Colour of an ink, and its coverage (H, W)."""
 
     color: FloatArray
     coverage: FloatArray
 
 
 def paper_of(target: FloatArray) -> FloatArray:
-    """Return the most frequent colour: the median of the pixels in the fullest cell of a grid of colours."""
+    """Return the colour of the paper, the most frequent one: the median of the fullest bin of a colour histogram."""
     pixels = target.reshape(-1, target.shape[2])
     cells = np.floor(np.clip(pixels, 0, 1) * 15.999).astype(np.int64) @ 16 ** np.arange(pixels.shape[1])
     values, counts = np.unique(cells, return_counts=True)
@@ -54,10 +54,10 @@ def paper_of(target: FloatArray) -> FloatArray:
 
 
 def without_shading(target: FloatArray, paper: FloatArray) -> FloatArray:
-    """Return a picture (H, W, C) whose paper is of one colour: divided by a square polynomial of its shade.
+    """Correct uneven lighting: divide a picture (H, W, C) by a quadratic polynomial fitted to its paper.
 
-    The polynomial is fitted to the pixels near the paper's colour, then to those near the polynomial; where it says
-    that the paper changes by less than `INKS.shading`, or by more than light does, the picture stays as it is.
+    The polynomial is fitted to the pixels near the paper's colour, then to those near the polynomial. If the paper
+    varies by less than `INKS.shading`, or by more than lighting does, the picture is returned unchanged.
     """
     rows, columns = np.indices(target.shape[:2])
     y, x = 2 * rows.ravel() / max(rows.max(), 1) - 1, 2 * columns.ravel() / max(columns.max(), 1) - 1
@@ -76,7 +76,7 @@ def without_shading(target: FloatArray, paper: FloatArray) -> FloatArray:
 
 
 def inks_of(target: FloatArray, paper: FloatArray) -> list[Ink]:
-    """Return the inks of a picture (H, W, C) on paper of a colour, the farthest from it first."""
+    """Return the inks of a picture (H, W, C), the farthest from the paper's colour first."""
     smooth = ndimage.gaussian_filter(target, (INKS.blur, INKS.blur, 0))
     away = np.linalg.norm(smooth - paper, axis=2)
     peaks = (away >= ndimage.maximum_filter(away, 3)) & (away > INKS.contrast)
@@ -105,7 +105,7 @@ def inks_of(target: FloatArray, paper: FloatArray) -> list[Ink]:
 
 
 def _between(color: FloatArray, paper: FloatArray, ink: FloatArray) -> float:
-    """Return the distance of a colour from the line between paper and ink."""
+    """Return the distance of a colour from the segment between paper and ink."""
     along = ink - paper
     share = np.clip((color - paper) @ along / (along @ along), 0, 1)
     return float(np.linalg.norm(color - paper - share * along))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Line work: which strokes of a flat picture are cheaper than the shapes that they stand for.
+"""Line work: choose the strokes of a flat picture that are cheaper than the shapes they replace.
 
-A structure explains a flat picture by shapes. A stroke explains some of it again: shapes of which nothing else is seen
-are needless beside it. Strokes are taken where the numbers that this saves are worth the error that they add, at the
-price that all numbers have (`SEGMENT_ERROR`, of six).
+A structure explains a flat picture by shapes, and strokes explain some of it again: shapes visible only where strokes
+are become needless. Strokes are accepted where the numbers saved are worth the added error, at the common price of a
+number (`SEGMENT_ERROR` for six).
 """
 
 from __future__ import annotations
@@ -35,22 +35,22 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
-#: Shares of the error that strokes add at first which training leaves, and of their numbers that redrawing leaves, at
-#: least: strokes that cost more even so are not trained.
+#: Least shares that remain after training of the error added by strokes, and after redrawing of their numbers: strokes
+#: that would cost more even so are not trained.
 HOPE, REDRAWN = 0.02, 0.5
-#: Numbers of a border around a fill, which shares the fill's outline: width and colour.
+#: Numbers of a border of a filled shape, which shares its outline: width and colour.
 BORDER_NUMBERS = 1 + COLOR_NUMBERS
 
 
 class Explanation(NamedTuple):
-    """Numbers and squared error of a drawing of a picture."""
+    """Description of a picture by a drawing: its numbers and its squared error."""
 
     numbers: float
     error: float
 
     @property
     def price(self) -> float:
-        """Its price, as squared error."""
+        """Total price, as squared error."""
         return self.numbers * SEGMENT_ERROR / 6 + self.error
 
 
@@ -61,20 +61,20 @@ def _explanation(context: Context, drawing: Drawing, around: float = 0.0) -> Exp
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LineWork:
-    """Strokes of a picture, and what they leave of its structure.
+    """Strokes of a picture, and the layers of its structure needed beside them.
 
     Attributes
     ----------
     found : Structure
-        The structure.
+        Structure of the picture.
     strokes : Drawing
         The strokes, bottom first.
     kept : (N,) bool
-        Layers of the structure that are needed beside them.
+        Layers of the structure needed beside the strokes.
     plain : Explanation
-        The picture explained by the structure alone.
+        Explanation of the picture by the structure alone.
     around : float
-        Numbers that borders would save of the layers left out.
+        Numbers that can be saved by drawing omitted layers as borders.
     """
 
     found: Structure
@@ -84,20 +84,20 @@ class LineWork:
     around: float = 0.0
 
     def beside(self, context: Context, drawing: Drawing) -> Beside:
-        """Return where the strokes of a drawing, trained or drawn anew, lie in the structure."""
+        """Return the depths of a drawing's strokes, trained or redrawn, in the structure."""
         strokes = drawing.layer_subset(drawing.strokes.stroked_layers)
         return Beside(self.kept, _depths(context, self.found, self.kept, strokes))
 
     def worthwhile(self, context: Context, drawing: Drawing) -> bool:
-        """Whether a trained drawing with the strokes is no dearer than the structure alone, which is not trained."""
+        """Whether a trained drawing with the strokes is no more expensive than the untrained structure alone."""
         return _explanation(context, drawing, self.around).price <= self.plain.price
 
 
 def line_work(context: Context, background: NDArray[Any] | None, total: int) -> LineWork:
-    """Return the strokes that explain a flat picture more cheaply than layers of its structure, `total` at most.
+    """Choose the strokes that explain a flat picture more cheaply than layers of its structure, `total` at most.
 
-    All strokes are tried, and none; from the cheaper, each is taken in or left out where that lowers the price. Pixel
-    art has none: its outlines are exact.
+    Greedy, from the cheaper of all strokes and none: each stroke is added or removed if that lowers the price. Pixel
+    art has no strokes, as its outlines are exact.
     """
     options = context.options
     asked = 0 if options.path_gain else total
@@ -110,17 +110,17 @@ def line_work(context: Context, background: NDArray[Any] | None, total: int) -> 
 
 
 def _without_dots(strokes: Drawing) -> Drawing:
-    """Return strokes without the pens that draw dots alone, no longer than wide: these are discs."""
+    """Remove layers that consist of dots, strokes no longer than wide: these are discs."""
     sizes = [float(np.ptp(strokes.points[rows], axis=(0, 1)).max()) for rows in strokes.subpaths()]
     longest = np.maximum.reduceat(sizes, strokes.layer_offsets[:-1]) if sizes else np.zeros(0)
     return strokes.layer_subset(np.flatnonzero(longest > strokes.strokes.widths))
 
 
 def _depths(context: Context, found: Structure, kept: BoolArray, strokes: Drawing) -> IntArray:
-    """Return how many layers of a structure lie below each of some strokes (K,), where some layers, (N,), are kept.
+    """Return the number of layers of a structure below each of some strokes (K,), given which layers (N,) are kept.
 
-    A stroke shows where the layer on top lies below it. Its depth is that at which it removes most error: the highest
-    one from which no other differs by more than a segment is worth.
+    A stroke is visible where the top layer lies below it. Its depth is the one at which it removes most error; of
+    depths that differ by less than the price of a segment, the highest.
     """
     top, target = _top(found, kept), np.asarray(context.target, dtype=np.float64)
     shown = painted(found.regions, found.layers, found.ground, top)
@@ -136,7 +136,7 @@ def _depths(context: Context, found: Structure, kept: BoolArray, strokes: Drawin
 
 
 def _top(found: Structure, kept: BoolArray) -> IntArray:
-    """Return the number of the layer that shows at each pixel, 1 for the lowest, (H, W), of those that are kept."""
+    """Return the index of the top layer at each pixel among those kept, 1 for the lowest: (H, W)."""
     top = np.zeros(found.top.shape, np.int64)
     for layer in np.flatnonzero(kept).tolist():
         if not found.layers[layer].over:
@@ -145,7 +145,7 @@ def _top(found: Structure, kept: BoolArray) -> IntArray:
 
 
 class _Choice:
-    """Explanations of a picture by its structure (N layers) and some of its strokes (K layers)."""
+    """Explanations of a picture by its structure (N layers) and a subset of its strokes (K layers)."""
 
     def __init__(self, context: Context, found: Structure, strokes: Drawing, worthwhile: BoolArray) -> None:
         self._context, self._found, self._strokes, self._worthwhile = context, found, strokes, worthwhile
@@ -165,7 +165,7 @@ class _Choice:
         self._inner = ndimage.minimum_filter(labels, 3) == ndimage.maximum_filter(labels, 3)
 
     def best(self) -> LineWork:
-        """Return the cheapest choice found."""
+        """Return the cheapest choice found by greedy search."""
         count = self._strokes.num_layers
         nothing = np.zeros(count, bool)
         plain = self._explained(nothing, self._needed(nothing))
@@ -180,14 +180,14 @@ class _Choice:
         return LineWork(self._found, strokes, kept, plain, self._saved_around(kept))
 
     def _hoped(self, taken: BoolArray, plain: Explanation) -> float:
-        """Return the least price that some strokes, (K,) bool, may come to when they are trained and redrawn."""
+        """Return a lower bound of the price with some strokes, (K,) bool, after training and redrawing."""
         found = self._explained(taken, self._needed(taken))
         strokes = numbers_of_all(self._strokes.layer_subset(np.flatnonzero(taken)))
         rise = max(found.error - plain.error, 0.0)
         return found.price - (1 - HOPE) * rise - (1 - REDRAWN) * strokes * SEGMENT_ERROR / 6
 
     def _needed(self, taken: BoolArray) -> BoolArray:
-        """Return the layers of the structure, (N,) bool, that are needed beside some strokes, (K,) bool."""
+        """Return the layers of the structure, (N,) bool, needed beside some strokes, (K,) bool."""
         kept = self._worthwhile.copy()
         if taken.any():
             strokes = self._strokes.layer_subset(np.flatnonzero(taken))
@@ -195,7 +195,7 @@ class _Choice:
         return kept
 
     def _explained(self, taken: BoolArray, kept: BoolArray) -> Explanation:
-        """Return the explanation by some strokes, (K,) bool, and layers of the structure, (N,) bool."""
+        """Evaluate the explanation by some strokes, (K,) bool, and layers of the structure, (N,) bool."""
         fills = self._fills.layer_subset(np.flatnonzero(kept[self._worthwhile]))
         strokes = self._strokes.layer_subset(np.flatnonzero(taken))
         depths = _depths(self._context, self._found, kept, strokes)
@@ -204,11 +204,11 @@ class _Choice:
         return _explanation(self._context, drawing, self._saved_around(kept))
 
     def _saved_around(self, kept: BoolArray) -> float:
-        """Return the numbers that borders would save of the layers left out that lie around one that is kept."""
+        """Return the numbers saved by drawing omitted layers as borders of the layers they surround."""
         return sum(float(self._numbers[layer]) - BORDER_NUMBERS for layer in self._around(kept))
 
     def _around(self, kept: BoolArray) -> list[int]:
-        """Return the layers left out that lie around one that is kept, as its border."""
+        """Return the omitted layers that surround a kept one, as its border."""
         masks = self._found.masks
         return [
             layer
@@ -220,10 +220,10 @@ class _Choice:
         ]
 
     def _leave_out(self, kept: BoolArray, alphas: NDArray[np.floating], depths: IntArray) -> None:
-        """Leave out those layers, of (N,) bool, of which less is seen beside strokes than their numbers are worth.
+        """Omit layers, of (N,) bool, whose visible part beside strokes is worth less than their numbers.
 
-        Borders between regions do not count, as they are known to a pixel only. Layers of which nothing is seen but for
-        others that are left out are left out, too.
+        Pixels at borders between regions do not count, as borders are known only to a pixel. Layers visible only behind
+        omitted ones are omitted as well.
         """
         changed = True
         while changed:
@@ -234,7 +234,7 @@ class _Choice:
                     kept[layer], changed = False, True
 
     def _lost(self, layer: int, kept: BoolArray, alphas: NDArray[np.floating], depths: IntArray) -> float:
-        """Return the squared change of what is seen beside strokes if a layer is left out."""
+        """Return the squared change of the picture visible beside strokes if a layer is omitted."""
         found, less = self._found, kept.copy()
         less[layer] = False
         before, after = _top(found, kept), _top(found, less)

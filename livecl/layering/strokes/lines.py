@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Find the lines of an ink: traces along the middle of what it covers, of an even width, and paths fitted to them."""
+"""Find the lines of an ink: trace its centre lines, of even width, and fit paths to them."""
 
 from __future__ import annotations
 
@@ -20,54 +20,54 @@ FloatArray = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class StrokeRules:
-    """What counts as a stroke.
+    """Thresholds that define a stroke.
 
-    Values: set by hand on ten line drawings; on those, and on others drawn afterwards, docs/strokes.md has the errors.
+    Values: set by hand on ten line drawings. docs/strokes.md has the errors on those, and on others drawn afterwards.
 
     Attributes
     ----------
     oversampling : int
-        Points of a pixel, in each direction, at which the border of ink is looked for.
+        Samples per pixel, in each direction, at which the border of ink is located.
     blur : float
-        Standard deviation, px, of the Gaussian that takes noise and the steps of pixels out of coverage and lines.
+        Standard deviation, px, of the Gaussian that removes noise and pixel steps from coverages and lines.
     slenderness, branch : float
-        Lengths in widths from which on a line is a stroke: by itself, and as a part of a shape that has other lines.
+        Least length of a stroke in widths: of one by itself, and of a branch of a shape that has other lines.
     roundness : float
-        Share of a spot and a dot, or a short line with round ends, that is in both: from it on they are the same.
+        Least intersection over union of a spot with a dot, or with a short line with round ends.
     clear : float
-        Share of a closed line that must lie on an ellipse which takes its place.
+        Least share of a closed line that must lie on an ellipse for the ellipse to replace it.
     near : int
-        Pixels within which the most that is covered is what a line covers in its middle: half of it is its border.
+        Neighbourhood, pixels, whose largest coverage is that of the line's middle; the border is at half of it.
     faint : float
-        Coverage, smoothed, that a line's border has at least.
+        Least smoothed coverage at a line's border.
     widest : float
-        Width of a line in widths of the picture (the shorter side), at most, with the option `strokes` auto.
+        Largest width of a line, as a share of the picture's shorter side, with the option `strokes` auto.
     dot : float
-        Diameter of a dot in widths of the widest line, at most, with the option `strokes` auto; larger ones are discs.
+        Largest diameter of a dot, in widths of the widest line, with the option `strokes` auto; larger ones are discs.
     thick : float
-        Half width of a dot in half widths of the lines that it lies on, at least.
+        Least radius of a dot, in half widths of the lines that it lies on.
     drawn : float
-        Share of a dot that lines of its shape may cover.
+        Largest share of a dot that lines of its shape may cover.
     evenness : float
-        Largest share by which a line's width may vary (standard deviation over mean).
+        Largest coefficient of variation (standard deviation over mean) of a line's width.
     same_width : float
-        Largest ratio of two widths that are one.
+        Largest ratio of two equal widths.
     one_width, long : float
-        The same for lines longer than `long` widths, which are known well.
+        The same for lines longer than `long` widths, whose width is known well.
     same_shade : float
-        Largest ratio of two strengths that are one.
+        Largest ratio of two equal strengths.
     distance : float
-        Largest distance, px, between the middle of ink and a fitted line.
+        Largest distance, px, between the centre line of ink and the fitted line.
     step, margin : float
-        Steps, px, at which coverage across a line is looked at, and how far beyond its border, px.
+        Sampling step, px, of the coverage profile across a line, and its extent beyond the border, px.
     middle : float
-        Quantile along a line of the most that is covered near its middle which is its strength.
+        Quantile, along a line, of the largest coverage near its middle, that is taken as its strength.
     full : float
-        Strength from which on a line is as strong as its ink.
+        Strength from which a line counts as full-strength ink.
     trusted : float
-        Ratio up to which the width by coverage is believed where the distance to the border says another one.
+        Largest ratio between the widths by coverage and by distance to the border at which the former is trusted.
     explained : float
-        Share of what is ink or drawn that must be both for a picture to be line art, with the option `strokes` auto.
+        Least intersection over union of strokes and ink for a picture to be line art, with the option `strokes` auto.
     """
 
     oversampling: int = 3
@@ -106,17 +106,17 @@ class Line:
     Attributes
     ----------
     points : (s, 3, 2) float64
-        Rows of its path; the last one of an open line is its end.
+        Rows of its path; the last row of an open line is its end.
     closed : bool
-        Whether its end is its beginning.
+        Whether the line is closed.
     width, length : float
-        Of the ink and along the path, px.
+        Width of the ink, and length along the path, px.
     ends : pair of (2,) float64
-        Directions in which the ends leave the line.
+        Outward directions of the two ends.
     is_spot : bool
         Whether it is a dot, or hardly longer than wide.
     strength : float
-        Share of the pixels in its middle that it covers: below 1 if it is paler than the ink.
+        Coverage in the middle of the line: below 1 if it is paler than the ink.
     """
 
     points: FloatArray
@@ -130,7 +130,7 @@ class Line:
 
 @dataclasses.dataclass(frozen=True)
 class InkTrace:
-    """Points (n, 2) along the middle of ink, px, their distances to its border, px, and whether the line is closed."""
+    """Centre line of ink: points (n, 2), px, their distances to the border, px, and whether it is closed."""
 
     points: FloatArray
     radii: FloatArray
@@ -138,24 +138,24 @@ class InkTrace:
 
     @property
     def width(self) -> float:
-        """Usual width, px."""
+        """Median width, px."""
         return 2 * float(np.median(self.radii))
 
     @property
     def length(self) -> float:
-        """Length along the points, px."""
+        """Arc length, px."""
         steps = np.diff(self.points, axis=0, append=self.points[:1] if self.closed else self.points[-1:])
         return float(np.hypot(*steps.T).sum())
 
 
 def find_lines(coverage: FloatArray, rules: StrokeRules = RULES) -> list[Line]:
-    """Return the lines of one ink, by its share of each pixel (H, W), without uneven shapes."""
+    """Find the lines of one ink from its coverage (H, W); shapes of uneven width are not lines."""
     traces, spots = find_traces(coverage, rules)
     return [fitted_line(trace, coverage, rules) for trace in traces] + spots
 
 
 def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[InkTrace], list[Line]]:
-    """Return the traces of one ink, by its share of each pixel (H, W), the longest first, and its dots."""
+    """Find the centre lines of one ink from its coverage (H, W), the longest first, and its dots."""
     smooth = ndimage.gaussian_filter(coverage, rules.blur)
     half = np.maximum(ndimage.maximum_filter(smooth, 2 * rules.near + 1) / 2, rules.faint)
     fine, border = (
@@ -186,10 +186,11 @@ def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[
 def _thick_parts(
     shapes: NDArray[np.integer], usual: FloatArray, lines: list[CenterLine], rules: StrokeRules
 ) -> list[tuple[NDArray[np.bool_], tuple[slice, slice]]]:
-    """Return the parts of shapes (H, W) that are thicker than their lines, each with its box: heads of notes, dots.
+    """Return the parts of shapes (H, W) thicker than their lines, such as note heads or dots, with their boxes.
 
-    They are what is left of a shape by a disc that its lines, and two of them crossing, have no room for; parts that
-    are themselves lines are left out. `usual` (N,) is the half width of each shape's longest line, 0 where it has none.
+    They are a morphological opening of the shape, by a disc that fits neither its lines nor two of them crossing; parts
+    that are lines themselves are excluded. `usual` (N,) is the half width of each shape's longest line, 0 if it has
+    none.
     """
     inside = ndimage.distance_transform_edt(shapes > 0)
     radii = rules.thick * usual[shapes]
@@ -211,7 +212,7 @@ def _thick_parts(
 
 
 def fitted_line(trace: InkTrace, coverage: FloatArray, rules: StrokeRules = RULES) -> Line:
-    """Return the line along a trace of an ink that covers a share of each pixel: a path of the fewest segments."""
+    """Fit a path of the fewest segments to a trace of an ink with the given coverage (H, W)."""
     points, radius = trace.points, trace.width / 2
     if trace.closed:
         points = np.roll(points, -_straightest(points, 2.5 * radius), axis=0)
@@ -226,10 +227,10 @@ def fitted_line(trace: InkTrace, coverage: FloatArray, rules: StrokeRules = RULE
 
 
 def _even_parts(line: CenterLine, rules: StrokeRules) -> list[CenterLine]:
-    """Return a line where its width is even, or the parts of it between which the width changes.
+    """Split a line where its width changes.
 
-    A part is wider or narrower than usual, by more than two widths of one pen and by a pixel, and so long that it is a
-    line by itself. Where the line is wider for a shorter way, it runs straight through, beneath a dot or another line.
+    A part is wider or narrower than the median, by more than the ratio of equal widths and by a pixel, and long enough
+    to be a line by itself. A shorter wide part is bridged straight, beneath a dot or another line.
     """
     usual = float(np.median(line.radii))
     slack = rules.oversampling / 2
@@ -258,9 +259,9 @@ def _even_parts(line: CenterLine, rules: StrokeRules) -> list[CenterLine]:
 
 
 def _measured(points: FloatArray, radius: float, coverage: FloatArray, rules: StrokeRules) -> tuple[float, float]:
-    """Return the width of a line, px, and the share that it covers in its middle, by the coverage across it.
+    """Return the width of a line, px, and its strength, the coverage in its middle, from coverage profiles across it.
 
-    The width is what is covered across the line, over that share; both are medians along it, as other lines cross.
+    The width is the integral of the profile over the strength, a median along the line because other lines cross it.
     """
     steps = np.gradient(points, axis=0)
     normals = np.stack([-steps[:, 1], steps[:, 0]], axis=1) / np.maximum(np.hypot(*steps.T), 1e-9)[:, None]
@@ -276,9 +277,9 @@ def _measured(points: FloatArray, radius: float, coverage: FloatArray, rules: St
 
 
 def _straightest(points: FloatArray, reach: float) -> int:
-    """Return the middle of the longest part of a closed line without a bend: a place to begin, far from corners.
+    """Return the middle of the longest part without bends of a closed line: a start far from corners.
 
-    A bend is where the line turns by MIN_TURN within the reach, px.
+    At a bend, the line turns by `MIN_TURN` within the reach, px.
     """
     step = float(np.hypot(*np.diff(points, axis=0, append=points[:1]).T).mean())
     count = max(1, min(len(points) // 4, round(reach / max(step, 1e-9))))
@@ -292,7 +293,7 @@ def _straightest(points: FloatArray, reach: float) -> int:
 
 
 def _oval(points: FloatArray, rules: StrokeRules) -> FloatArray | None:
-    """Return the rows of the ellipse along most of a closed line, (4, 3, 2): junctions draw the rest aside."""
+    """Return the rows of the ellipse along most of a closed line, (4, 3, 2): junctions pull the rest aside."""
     for _ in range(2):
         oval = ellipse_through(points) if len(points) > 5 else None
         if oval is None:
@@ -306,10 +307,10 @@ def _oval(points: FloatArray, rules: StrokeRules) -> FloatArray | None:
 
 
 def _spot(mask: NDArray[np.bool_], box: tuple[slice, slice], rules: StrokeRules) -> Line | None:
-    """Return the dot, or the short line with round ends, that a shape is, given within its box; None where it is none.
+    """Return a shape, given within its box, as a dot or a short line with round ends; None if it is neither.
 
-    Of a line of length l and radius r, the area is pi r^2 + 2 l r, and the variance along it exceeds the one across by
-    that of l: l^2 / 12 for the middle part, nearly so with the ends.
+    A line of length l and radius r has area pi r^2 + 2 l r, and its variance along exceeds that across by that of l:
+    l^2 / 12 for the middle part, and nearly so with the ends.
     """
     places = np.argwhere(mask)[:, ::-1] + 0.5
     if len(places) < rules.oversampling**2:
@@ -335,7 +336,7 @@ def _spot(mask: NDArray[np.bool_], box: tuple[slice, slice], rules: StrokeRules)
 
 
 def _smoothed(line: CenterLine, rules: StrokeRules) -> FloatArray:
-    """Return the points of a centre line at even steps without the steps of pixels; its ends stay."""
+    """Smooth the pixel steps of a centre line, at even steps; its ends stay."""
     sigma = rules.oversampling * max(rules.blur, 0.5)
     mode = "wrap" if line.closed else "nearest"
     points = ndimage.gaussian_filter1d(line.points, sigma, axis=0, mode=mode)

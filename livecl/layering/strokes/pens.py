@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draw trained strokes with fewer pens: layers of nearly one width and colour become one, needless ones are left out.
+"""Reduce the number of pens: merge stroked layers of similar width and colour, and remove needless ones.
 
-Each change is made if the numbers that it saves are worth the error that it adds, of which training leaves a part.
+A change is made if the numbers saved are worth the error added, of which training leaves a part.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from livecl.layering.strokes.redrawing import LEFT
 
 FloatArray = NDArray[np.float64]
 
-#: Largest ratio of two widths, and difference of two colours in RGBA, of pens that may be one.
+#: Largest ratio of widths, and difference of colours in RGBA, of pens that may be merged.
 SAME_WIDTH, SAME_COLOR = 1.3, 0.15
 #: Numbers of a pen: its width and colour. A segment has six.
 PEN_NUMBERS = 4
 
 
 def with_fewer_pens(context: Context, drawing: Drawing) -> tuple[Drawing, NDArray[np.intp]]:
-    """Return a drawing with fewer stroked layers, and which layer given each of its layers is, or was first.
+    """Merge and remove stroked layers; return the drawing, and for each layer the index of its (first) source.
 
-    Filled layers and gradients stay. The same object is returned where nothing is saved.
+    Filled layers and gradients stay. The same object is returned if nothing is saved.
     """
     sources = np.arange(drawing.num_layers)
     changed = True
@@ -54,7 +54,7 @@ def with_fewer_pens(context: Context, drawing: Drawing) -> tuple[Drawing, NDArra
 
 
 def _pays(context: Context, drawing: Drawing, fewer: Drawing) -> bool:
-    """Whether a drawing with fewer numbers is worth the error that it adds."""
+    """Whether the numbers saved are worth the error added."""
     interruption.check()
     rise = context.visible_mse(fewer) - context.visible_mse(drawing)
     pens = drawing.num_layers - fewer.num_layers
@@ -63,7 +63,7 @@ def _pays(context: Context, drawing: Drawing, fewer: Drawing) -> bool:
 
 
 def _alike(drawing: Drawing) -> list[tuple[int, int]]:
-    """Return pairs of stroked layers that may be one pen's, the nearest widths first."""
+    """Return pairs of stroked layers that may share a pen, the nearest widths first."""
     layers = np.intersect1d(drawing.strokes.stroked_layers, np.flatnonzero(drawing.fills.kinds == SOLID)).tolist()
     pairs = []
     for i, j in itertools.combinations(layers, 2):
@@ -74,7 +74,7 @@ def _alike(drawing: Drawing) -> list[tuple[int, int]]:
 
 
 def _merged(drawing: Drawing, i: int, j: int, place: int) -> Drawing:
-    """Return the drawing with the lines of layers i and j in one layer at the place of one of them.
+    """Merge the lines of layers i and j into one layer at the place of one of them.
 
     The pen has their mean width and colour, weighted by length, and the caps and joins of the longer.
     """
@@ -106,7 +106,7 @@ def _merged(drawing: Drawing, i: int, j: int, place: int) -> Drawing:
 
 
 def _length(drawing: Drawing, layer: int) -> float:
-    """Return the length of a layer's lines, px, by eight chords a segment."""
+    """Return the length of a layer's lines, px, from eight chords per segment."""
     first = drawing.layer_offsets[layer]
     total = 0.0
     for number, rows in enumerate(drawing.subpaths(layer)):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Redraw trained strokes with fewer nodes: lines whose ends meet become one, curves take the fewest segments.
+"""Redraw trained strokes with fewer nodes: join lines whose ends meet, and fit curves of the fewest segments.
 
-A line found on a skeleton has nodes where its course was uncertain: at crossings, at round corners, where a loop began.
-Once trained, it is known to a tenth of a pixel, and corners are where its direction breaks.
+A line traced on a skeleton has nodes where its course was uncertain: at crossings, round corners, the start of a loop.
+After training its course is known to a tenth of a pixel, and corners are where its direction breaks.
 """
 
 from __future__ import annotations
@@ -24,39 +24,39 @@ from livecl.layering.context import Context
 
 FloatArray = NDArray[np.float64]
 
-#: Largest distances, px, between a trained line and the one redrawn, that are tried one after the other.
+#: Largest distances, px, between a trained line and the redrawn one, tried in this order.
 TOLERANCES = (0.2, 0.4, 0.8)
-#: Turn, radians, from which on two ends meet in a corner; below it, one goes on as the other.
+#: Least turn, radians, for two ends to meet in a corner; below it, one continues the other.
 MIN_TURN = 0.35
-#: Largest distance, in widths, of two ends that meet, and of the corner in which they do.
+#: Largest distance, in widths, between two ends that meet, and between them and their corner.
 REACH = 1.0
-#: The same for a line whose end runs past its beginning, into a corner's tip.
+#: The same for a line whose end overshoots its beginning, into a corner's tip.
 TAIL = 4.0
-#: Rounds in which the parameters of points on a segment are found, once it is chosen.
+#: Rounds of reparametrization of the points along a chosen segment.
 ROUNDS = 30
-#: Share of the error that a change adds which training leaves of it, as where outlines are made editable.
+#: Share of the error added by a change that remains after training, as for editable outlines.
 LEFT = 0.6
-#: Samples of a cubic; cubics that one may replace.
+#: Samples of a cubic; most cubics replaced by one.
 SAMPLES, SPAN = 24, 4
 
 
 @dataclasses.dataclass(frozen=True)
 class _Line:
-    """Polyline (n, 2) through a line's course, and whether it is closed, the first point repeated at the end."""
+    """Course of a line as a polyline (n, 2); if closed, the first point is repeated at the end."""
 
     points: FloatArray
     closed: bool
 
     def reversed(self) -> _Line:
-        """Return the line from its end to its beginning."""
+        """Return the line in the opposite direction."""
         return _Line(self.points[::-1], self.closed)
 
 
 def redrawn(context: Context, drawing: Drawing) -> Drawing:
-    """Return a drawing whose strokes have fewer nodes; the same object where none has.
+    """Redraw strokes with fewer nodes; return the same object if none changes.
 
-    Ends that meet are joined, the nearest first, then each line is drawn by fewer segments, and the shortest lines are
-    left out: each change that saves more nodes than the error that it adds, of which training leaves a part, is worth.
+    Ends that meet are joined, the nearest first; then each line is redrawn with fewer segments, and the shortest lines
+    are removed. A change is made if the nodes saved are worth the error added, of which training leaves a part.
     """
     found = drawing
     for layer in drawing.strokes.stroked_layers.tolist():
@@ -71,7 +71,7 @@ def redrawn(context: Context, drawing: Drawing) -> Drawing:
 
 @dataclasses.dataclass
 class _Redrawing:
-    """The lines of one layer, as they are joined, and the rows (s, 3, 2) that draw each of them now."""
+    """The lines of one layer while they are joined, and the rows (s, 3, 2) that draw each of them."""
 
     context: Context
     layer: int
@@ -109,7 +109,7 @@ class _Redrawing:
         return [self.lines[index] for index in kept], [self.rows[index] for index in kept]
 
     def _tried(self, drawing: Drawing, lines: list[_Line], rows: list[FloatArray]) -> Drawing:
-        """Return the drawing with other lines and take them on, if they cost less; else the drawing as it is."""
+        """Return the drawing with other lines, and adopt these, if that costs less; else the drawing unchanged."""
         interruption.check()
         changed = _with_lines(drawing, self.layer, lines, rows)
         rise = self.context.visible_mse(changed) - self.context.visible_mse(drawing)
@@ -121,7 +121,7 @@ class _Redrawing:
 
 
 def _with_lines(drawing: Drawing, layer: int, lines: list[_Line], rows: list[FloatArray]) -> Drawing:
-    """Return a drawing, one layer of which has other lines."""
+    """Return a drawing with other lines in one layer."""
     outlines = outlines_of(drawing)
     outlines[layer] = rows
     first, last = drawing.layer_offsets[layer : layer + 2]
@@ -132,7 +132,7 @@ def _with_lines(drawing: Drawing, layer: int, lines: list[_Line], rows: list[Flo
 
 
 def _line_of(cubics: FloatArray, is_open: bool) -> _Line:
-    """Return the course of a trained line; a closed one begins where its direction breaks most."""
+    """Return the course of a trained line; a closed one starts at its sharpest turn."""
     cubics = cubics[:-1] if is_open else cubics
     sampled = [evaluate(cubic, np.linspace(0, 1, SAMPLES, endpoint=False)) for cubic in cubics]
     if is_open:
@@ -143,13 +143,13 @@ def _line_of(cubics: FloatArray, is_open: bool) -> _Line:
 
 
 def _turn(before: FloatArray, after: FloatArray) -> float:
-    """Return the angle, radians, by which the direction breaks from one cubic to the next."""
+    """Return the angle, radians, between the directions of two consecutive cubics at their joint."""
     u, v = _direction(before[::-1]), _direction(after)
     return float(np.abs(np.arctan2(-u[0] * v[1] + u[1] * v[0], -u @ v)))
 
 
 def _direction(points: FloatArray) -> FloatArray:
-    """Return the unit direction in which a polyline leaves its first point; 0 where all its points are one."""
+    """Return the unit tangent of a polyline at its first point; 0 if all points coincide."""
     steps = points - points[0]
     lengths = np.hypot(*steps.T)
     away = int(np.argmax(lengths > 1e-3 * max(float(lengths.max()), 1e-9)))
@@ -158,7 +158,7 @@ def _direction(points: FloatArray) -> FloatArray:
 
 @dataclasses.dataclass(frozen=True)
 class _Pair:
-    """Two ends that meet, of lines by index, or of one: how far apart, px, and the line that they make."""
+    """Two ends that meet, of lines by index, or of one line: their distance, px, and the joined line."""
 
     gap: float
     ends: tuple[int, int]
@@ -167,7 +167,7 @@ class _Pair:
 
 
 def _meetings(lines: list[_Line], width: float) -> list[_Pair]:
-    """Return the ends that meet of lines of a width, px."""
+    """Return the pairs of ends that meet, of lines of a width, px."""
     ends = [(index, at) for index, line in enumerate(lines) if not line.closed for at in (0, 1)]
     pairs = []
     for (i, one), (j, other) in itertools.combinations(ends, 2):
@@ -191,9 +191,9 @@ def _meetings(lines: list[_Line], width: float) -> list[_Pair]:
 
 
 def _without_tail(points: FloatArray, width: float) -> _Line | None:
-    """Return the closed line of one whose end runs past its beginning, into a corner's tip; None of others.
+    """Close a line whose end overshoots its beginning, into a corner's tip; None for others.
 
-    Within a width of the corner the line is bent, which does not count. Nodes stay `SAMPLES` points apart.
+    Bends within a width of the corner are ignored. Nodes stay `SAMPLES` points apart.
     """
     lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     last = lengths > max(lengths[-1] - TAIL * width, 3 * TAIL * width)
@@ -211,13 +211,13 @@ def _without_tail(points: FloatArray, width: float) -> _Line | None:
 
 
 def _evenly(points: FloatArray) -> FloatArray:
-    """Return a polyline (n, 2) at even steps: (SAMPLES + 1, 2)."""
+    """Resample a polyline (n, 2) at even steps: (SAMPLES + 1, 2)."""
     lengths = lengths_along(points)
     return points_at(np.linspace(0, lengths[-1], SAMPLES + 1), points, lengths)
 
 
 def _meeting(first: FloatArray, second: FloatArray, reach: float) -> FloatArray | None:
-    """Return the corner in which the end of one polyline and the beginning of another meet; None where they do not."""
+    """Return the corner where the end of one polyline and the beginning of another meet; None if they do not."""
     end, begin = first[-1], second[0]
     if np.hypot(*(end - begin)) > reach:
         return None
@@ -237,7 +237,7 @@ def _extent(rows: FloatArray) -> float:
 def _rows_of(line: _Line, tolerance: float = TOLERANCES[0]) -> FloatArray:
     """Return the rows of the fewest segments along a line; the last row of an open one is its end.
 
-    Segments begin and end at nodes, or at quarters of what lies between. One across a corner is too far off.
+    Segments begin and end at nodes, or at quarters between two nodes. A segment across a corner exceeds the tolerance.
     """
     points = line.points
     places = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Explain long thin layers as strokes: a centre line and a width in place of an outline, where these are fewer numbers.
+"""Convert long thin layers to strokes, a centre line and a width in place of an outline, where that saves numbers.
 
-Each number may cost some error, as everywhere (`SEGMENT_ERROR`, of six numbers).
+Each number saved may cost some error, as elsewhere (`SEGMENT_ERROR` for six).
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from livecl.layering.strokes.lines import RULES, StrokeRules, find_lines
 
 FloatArray = NDArray[np.float64]
 
-#: Share of the error that a stroke adds which training leaves of it: its line is off by .3 px at first, then by .1.
+#: Share of the error added by a stroke that remains after training: its line is off by .3 px at first, then by .1.
 LEFT = 0.1
 #: Distance, px, of handles from the thirds of a straight segment.
 STRAIGHT = 0.05
 #: Numbers of a colour.
 COLOR_NUMBERS = 3
-#: Pixels of ground around a layer that is looked at.
+#: Margin, px, around a layer that is included in the comparison.
 MARGIN = 2
 
 
 def thinned(context: Context, drawing: Drawing, free: NDArray[np.bool_], rules: StrokeRules = RULES) -> Drawing:
-    """Return a drawing in which thin layers are strokes; the same object where none is.
+    """Convert thin layers of a drawing to strokes; return the same object if none changes.
 
     Only `free` (N,) layers without a gradient change.
     """
@@ -55,20 +55,20 @@ def thinned(context: Context, drawing: Drawing, free: NDArray[np.bool_], rules: 
 
 
 def worth(before: Drawing, after: Drawing) -> float:
-    """Return the rise of the mean squared error that the numbers saved between two drawings are worth."""
+    """Return the rise of the mean squared error that the numbers saved from one drawing to another are worth."""
     saved = numbers_of_all(before) - numbers_of_all(after)
     return saved * SEGMENT_ERROR / 6 / (3 * before.size[0] * before.size[1])
 
 
 def numbers_of_all(drawing: Drawing) -> float:
-    """Return the numbers that describe all layers: their colours too, and the outline of a fill and its stroke once."""
+    """Count the numbers that describe all layers, colours included; an outline with fill and stroke counts once."""
     total = float(COLOR_NUMBERS * drawing.num_layers)
     outlined = border_pairs(drawing)[:, 0].tolist()
     return total + sum(_numbers(drawing, layer) for layer in range(drawing.num_layers) if layer not in outlined)
 
 
 def _stroke_of(context: Context, layer: Drawing, rules: StrokeRules) -> Drawing | None:
-    """Return a drawing of one layer as a stroke; None where it is no line."""
+    """Return a drawing of one layer as a stroke; None if the layer is no line."""
     coverage = context.rasterizer.coverages(layer)[0].astype(np.float64)
     inside = coverage > 0.5
     if not inside.any():
@@ -86,7 +86,7 @@ def _stroke_of(context: Context, layer: Drawing, rules: StrokeRules) -> Drawing 
 
 
 def _numbers(drawing: Drawing, layer: int) -> float:
-    """Return the numbers that describe a layer: two of a straight segment, six of a curve, and a stroke's width."""
+    """Count the numbers of a layer: two for a straight segment, six for a curve, and one for a stroke's width."""
     total = 0.0
     for subpath in range(*drawing.layer_offsets[layer : layer + 2]):
         cubics = drawing.cubics[drawing.subpaths()[subpath]]
@@ -99,7 +99,7 @@ def _numbers(drawing: Drawing, layer: int) -> float:
 
 
 def _flat(cubics: FloatArray) -> NDArray[Any]:
-    """Whether all control points of cubics (n, 4, 2) lie on the line between the ends."""
+    """Whether the control points of each cubic (n, 4, 2) lie on the chord."""
     along = cubics[:, 3] - cubics[:, 0]
     lengths = np.maximum(np.hypot(*along.T), 1e-9)
     steps = cubics[:, 1:3] - cubics[:, :1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Structure of pictures of flat or shaded regions: which shapes there are, their depth, and their whole outlines."""
+"""Structure of flat or shaded pictures: their shapes, depth order, and complete outlines."""
 
 from livecl.layering.structure.placing import place_structure, structure_kind
 

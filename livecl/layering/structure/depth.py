@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Depth order, the evidence: which of two flat regions that touch lies in front.
+"""Depth order, depth cues: evidence for which of two touching flat regions lies in front.
 
-Evidence: T-junctions, convexity (the region that bulges into the other lies in front), what each would save if it
-continued below the other, and enclosure: what lies in a hole lies in front, unless it is seen through it.
+Cues: T-junctions; convexity (the region that bulges into the other lies in front); the saving of each if it continued
+behind the other; and enclosure: a region in a hole lies in front, unless it is seen through the hole.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from livecl.layering.outlines.prices import Prices, hidden_price, outline_price
 FloatArray = NDArray[np.float64]
 Pairs = dict[tuple[int, int], float]
 
-#: Share of a shape that is seen through its holes: above it, the holes' content belongs to the surroundings.
+#: Share of a shape visible through its holes from which the holes' content belongs to the surroundings.
 THROUGH_HOLES, GROUND_THROUGH_HOLES, PANES = 0.3, 0.2, 0.4
-#: Regions of one colour, at most, that may be parts of each other below something.
+#: Most regions of one colour that are compared as parts of an occluded shape.
 MOST_ALIKE = 60
-#: Share of the outline of a region seen between several that faces those at the ground.
+#: Least share of the outline of a region seen between several shapes that faces shapes touching the ground.
 GROUND_AROUND = 0.7
-#: Deviation of a hole's distance from the outline around it, by the mean distance: up to which a hole of the share
-#: `EVEN_HOLE` is one, and from which on only letters have holes. Their filled area is smaller than this share of the
+#: Relative deviation of a hole's distance from the outline around it: below which a hole of the area share `EVEN_HOLE`
+#: shows the ground, and from which only holes of letters do. Letters have a filled area below this share of the
 #: picture, or of their convex hull.
 EVEN, EVEN_HOLE, UNEVEN, LETTER, CONVEX = 0.2, 0.1, 0.3, 0.02, 0.85
-#: Deviation up to which a hole of an outline that has this share of its convex hull is one whatever its shape; else it
-#: must have that of the outline, both stretched to one box: least overlap of the two.
+#: Deviation below which a hole shows the ground whatever its shape, in an outline that fills this share of its convex
+#: hull; else hole and outline must have the same shape: least overlap of the two, stretched to one box.
 EVEN_ANYHOW, PLATE, ONE_SHAPE = 0.1, 0.97, 0.9
-#: Holes of a lattice, and their share of it from which on one sees through.
+#: Holes of a lattice, and their share of its area from which the background is seen through it.
 LATTICE, THROUGH_LATTICE = 5, 0.15
-#: Share of what lines that cross surround that they cover themselves, at most: a plate with many marks covers more.
+#: Largest share of the area surrounded by crossing lines that the lines cover: a plate with many marks covers more.
 MOST_LINES = 0.5
-#: Width of strokes, as a share of the side of what they surround, up to which one sees through.
+#: Width of strokes, as a share of the side of the surrounded area, up to which the background is seen through them.
 THIN = 0.14
 #: Distance from the convex hull, px, up to which a junction lies on it: a constant, and a share of the region's side.
 ON_HULL, ON_HULL_SHARE = 2.5, 0.02
@@ -48,7 +48,7 @@ ON_HULL, ON_HULL_SHARE = 2.5, 0.02
 
 @dataclasses.dataclass(frozen=True)
 class Screen:
-    """A region with holes, and the regions of one colour that are seen through and around it."""
+    """A region with holes, and the regions of one colour visible through and around it."""
 
     front: int
     behind: tuple[int, ...]
@@ -60,18 +60,18 @@ def same_color(outlines: Outlines, a: int, b: int) -> bool:
 
 
 def few_alike(outlines: Outlines, nodes: list[int]) -> list[int]:
-    """Return the regions of whose colour there are not more than `MOST_ALIKE`, in their order.
+    """Return the regions whose colour is shared by at most `MOST_ALIKE` regions, in their order.
 
-    More are letters, pixels or the rooms between lines: each pair of them is looked at otherwise, in vain.
+    More are letters, pixels or the spaces between lines: comparing all their pairs would be in vain.
     """
     counts = [int(np.count_nonzero(outlines.regions.near(outlines.regions.colors[k])[nodes])) for k in nodes]
     return [k for k, count in zip(nodes, counts, strict=True) if count <= MOST_ALIKE]
 
 
 def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
-    """Return the regions of the ground's colour (C,) that are the ground: at the page's edge, or seen through holes.
+    """Return the regions that are ground, of its colour (C,): at the page's edge, or visible through holes.
 
-    Those that the outlines know already, where they do.
+    If the outlines already know the ground, that is returned.
     """
     if outlines.ground is not None:
         return set(outlines.ground)
@@ -91,10 +91,10 @@ def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
 
 
 def _seen_through(outlines: Outlines, inner: int, around: int) -> bool:
-    """Whether a region of the ground's colour is seen through a hole of the one around it, and not a shape on it.
+    """Whether a region of the ground's colour is visible through a hole of the one around it, not a shape on it.
 
-    Of a ring, a frame or a stroke that closes, the hole runs along the outline at an even distance, or is a smaller one
-    like it; a light shape on a disc or a square is neither. Letters have uneven holes too: they are small, or far from
+    The hole of a ring, a frame or a closed stroke runs along the outline at an even distance, or is a smaller copy of
+    it; a light shape on a disc or a square is neither. Letters have uneven holes too: they are small, or far from
     convex.
     """
     contours = outlines.of((around,))
@@ -116,7 +116,7 @@ def _seen_through(outlines: Outlines, inner: int, around: int) -> bool:
 
 
 def _one_shape(one: FloatArray, other: FloatArray) -> bool:
-    """Whether two outlines (n, 2), (m, 2) are about the same, each stretched to the same box."""
+    """Whether two outlines (n, 2), (m, 2) have about the same shape when stretched to one box."""
     from skimage.draw import polygon2mask
 
     side = 64
@@ -144,9 +144,9 @@ def _hull_area(points: FloatArray) -> float:
 
 
 def screens(outlines: Outlines, ground: set[int]) -> list[Screen]:
-    """Return the regions whose holes show what lies behind them: a ring on a disc, a lattice before a wall.
+    """Return the regions whose holes show what lies behind: a ring on a disc, a lattice before a wall.
 
-    Parts of the ground that are seen through a hole beside others are added to `ground`.
+    Parts of the ground visible through such a hole beside others are added to `ground`.
     """
     sizes, found = outlines.regions.sizes, []
     for front in range(outlines.count):
@@ -191,9 +191,10 @@ def screens(outlines: Outlines, ground: set[int]) -> list[Screen]:
 
 
 def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], prices: Prices) -> tuple[Pairs, Pairs]:
-    """Return who lies in front of whom, (front, behind) to a weight, and the saving of including a marking.
+    """Return the evidence of depth order, (front, behind) to a weight, and the savings of including markings.
 
-    A marking shares the silhouette of what it lies on: (region, marking) to the saving of one outline around both.
+    A marking shares the silhouette of the region that it lies on: (region, marking) to the saving of one outline around
+    both.
     """
     enclosed = {
         (int(o), k)
@@ -247,7 +248,7 @@ def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], p
 def _relations(
     outlines: Outlines, nodes: list[int], touching: Pairs, prices: Prices
 ) -> Iterator[tuple[int, int, int, float]]:
-    """Yield (cover, region, region, saving): two regions of one colour whose outlines relate below a third."""
+    """Yield (cover, region, region, saving): two regions of one colour with relatable outlines behind a third."""
     few = few_alike(outlines, nodes)
     for cover in nodes:
         below = outlines.covers((cover,))
@@ -265,7 +266,7 @@ def _relations(
 
 
 def _junctions(contour: Contour, other: int, hull: FloatArray | None, size: int, prices: Prices) -> float:
-    """Evidence of T-junctions with another region, for the contour's own region."""
+    """Evidence of T-junctions with another region, in favour of the contour's own region."""
     total = 0.0
     for i in np.flatnonzero(contour.straight):
         before, after, kind = int(contour.across[i - 1]), int(contour.across[i]), contour.straight[i]
@@ -281,7 +282,7 @@ def _junctions(contour: Contour, other: int, hull: FloatArray | None, size: int,
 
 
 def _bulge(contour: Contour, below: NDArray[np.bool_]) -> float:
-    """Area by which a contour bulges into a neighbour, by its square chord, from -1 to 1."""
+    """Area by which a contour bulges into a neighbour, over the square of its chord, from -1 to 1."""
     total = chord = 0.0
     for start, length in contour.runs(below) or []:
         if length >= SHORTEST_GAP + 1:
@@ -292,7 +293,7 @@ def _bulge(contour: Contour, below: NDArray[np.bool_]) -> float:
 
 
 def _thinness(contours: list[Contour]) -> float:
-    """Return the mean width of a shape with holes by the side of a square of its filled area."""
+    """Return the mean width of a shape with holes, over the square root of its filled area."""
     filled = abs(contours[0].area)
     area = filled - sum(abs(contour.area) for contour in contours[1:])
     return float(2 * area / sum(map(len, contours)) / np.sqrt(max(filled, 1.0)))

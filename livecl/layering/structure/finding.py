@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Structure of a picture, flat or of smoothly shaded regions: its layers, ranked, and whether they explain it."""
+"""Find the structure of a flat or smoothly shaded picture: its layers, ranked, if these explain it."""
 
 from __future__ import annotations
 
@@ -27,33 +27,36 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: Share of the pixels that regions of some size must explain for a picture to count as flat, and that size, px.
+#: Least share of the pixels that large regions must explain for a picture to count as flat, and pixels of a large
+#: region.
 FLAT_SHARE, LARGE_REGION = 0.97, 16
-#: Share of its pixels that flat cores must hold, or smooth ones: else it is not looked at any further. Pictures of
-#: gradients have .64 and more in smooth ones, photographs .27 at most.
+#: Least share of the pixels in flat or smooth cores; otherwise the picture is not segmented. Gradients have at least
+#: .64 in smooth cores, photographs at most .27.
 CORE_SHARE = 0.5
-#: The same of what may be a clean picture although noise explains it: gradients have .93 and more, icons saved as JPEG
-#: .92 at most. This changes the time only, as the cheaper explanation is taken.
+#: The same for a picture that noise explains but that may be clean: gradients have at least .93, icons saved as JPEG at
+#: most .92. This affects the time only, as the cheaper explanation is chosen.
 CLEAN_SHARE = 0.9
-#: Share of the pixels between smooth cores that may mix no colours beside them, for the cores to be cut: twice of what
-#: the regions may leave. Of 19 pictures of gradients and clip art it was .037 at most, of 6 photographs .17 at least,
-#: which take minutes to be cut. This changes the time only.
+#: Largest share of pixels outside smooth cores that mix no nearby colours, for the cores to be split: twice the share
+#: that regions may leave unexplained. In 19 pictures of gradients and clip art it was at most .037, in 6 photographs,
+#: which take minutes to split, at least .17. This affects the time only.
 UNMIXED_SHARE = 2 * (1 - FLAT_SHARE)
-#: Largest share of neighbouring pixels that differ a little, as on slopes of shading.
+#: Largest share of neighbouring pixels in a flat picture that differ slightly, as on slopes of shading.
 MOST_SLOPES = 0.02
-#: Most regions of a flat picture, for each of its 256 x 256 pixels.
+#: Most regions of a flat picture per 256 x 256 pixels.
 MOST_REGIONS = 150
-#: Share of the pixels within regions that the layers may show wrongly: a shape completed over what lies in front of it
-#: hides that, and training does not bring much of it back. 26 of 30 icons have less than 0.01, the others 0.02 to 0.05,
-#: which training mends; a logo of which a whole wave was hidden 0.22.
+#: Largest share of the pixels within regions that the layers may show wrongly: a shape completed over one in front of
+#: it hides that one, which training hardly recovers. 26 of 30 icons have less than 0.01, the others 0.02 to 0.05, which
+#: training corrects; a logo in which a whole wave was hidden has 0.22.
 MAX_MISTAKEN = 0.1
-#: Mean squared error up to which the first explanation is taken; beyond, that of the least. Pixels decide first.
+#: Mean squared error up to which the first explanation is accepted; otherwise the one of least error. Pixels decide
+#: first.
 SHOWN = 2e-4
-#: Share of a layer above which it is joined with no other shape: what joins two shapes hides what lies between them.
+#: Share of a layer that hides visible regions above which it is joined with no other shape: the bridge between two
+#: shapes hides what lies between.
 LAYER_MISTAKEN = 0.002
-#: Share of neighbouring pixels that differ a little from which on shading is looked for: a flat picture has hardly any.
+#: Share of slightly differing neighbouring pixels from which shading is sought: flat pictures have hardly any.
 SOME_SLOPES = 0.004
-#: Largest number of layers, as a multiple of what is found, that counts as asked for: more are a limit.
+#: Largest requested number of layers, as a multiple of those found, that is a request: more is a limit.
 MOST_ASKED = 2
 
 
@@ -64,12 +67,12 @@ def found_structure(
     shading: Shading | None = None,
     asked: int = 0,
 ) -> Structure | None:
-    """Return the structure of a picture, in `most` layers at most; None where none explains it.
+    """Return the structure of a picture in at most `most` layers; None if no structure explains it.
 
     The target (H, W, C) is RGB, or premultiplied RGBA without a background (3,). Layers may have the gradients of
-    `shading`; a picture without slopes is flat all the same. Where a flat picture shows fewer layers than are `asked`
-    for, but half of them, its shapes are cut at their concave corners until there are as many, or none can be cut; 0
-    where the picture decides.
+    `shading`; a picture without slopes is treated as flat. If a flat picture shows fewer layers than `asked`, but at
+    least half of them, its shapes are cut at concave corners until there are as many, or none can be cut; with 0, the
+    picture decides.
     """
     return _explaining(*_frozen(target, background), (most, asked), shading)
 
@@ -77,7 +80,7 @@ def found_structure(
 def structure_of(
     target: NDArray[Any], background: NDArray[Any] | None, most: int, shading: Shading | None = None, asked: int = 0
 ) -> Structure:
-    """Return the structure of a picture; that of its flat regions where none explains it. Arguments as above."""
+    """Return the structure of a picture, or of its flat regions if none explains it. Arguments as above."""
     pixels = _frozen(target, background)
     found = _explaining(*pixels, (most, asked), shading)
     return found or _of_outlines(_parts(*pixels), np.array(pixels[2]))
@@ -108,7 +111,7 @@ def _explaining(
 
 
 def _judged_mosaic(mosaic: Mosaic, ground: FloatArray, most: int) -> Structure | None:
-    """Return the layers of pixel art, where as many as are wanted show the picture; else None."""
+    """Return the structure of pixel art, if at most `most` layers show the picture; else None."""
     found = mosaic.layers(ground, most)
     return None if found is None else _judged(Structure.of(found[0], found[1], ground, found[2]), most)
 
@@ -154,7 +157,7 @@ def _explained_by_regions(
 def _judged_flat(
     data: bytes, shape: tuple[int, ...], ground: tuple[float, ...], numbers: tuple[int, int]
 ) -> Structure | None:
-    """Return the structure of a flat picture, where it shows it, for layers at most and layers asked for."""
+    """Return the structure of a flat picture, if it shows it, for most layers and layers asked for."""
     most, asked = numbers
     outlines = _parts(data, shape, ground)
     found = _explained(outlines, np.array(ground), most)
@@ -170,7 +173,7 @@ def _judged_flat(
 
 
 def _explained(outlines: Outlines, ground: FloatArray, most: int) -> Structure | None:
-    """Return the first explanation of which a number of layers show a picture, or that of the least error."""
+    """Return the first explanation that shows a picture well in at most `most` layers, or that of least error."""
     best: Structure | None = None
     for explanation in _explanations(outlines, ground):
         found = _judged(explanation, most)
@@ -182,7 +185,7 @@ def _explained(outlines: Outlines, ground: FloatArray, most: int) -> Structure |
 
 
 def _explanations(outlines: Outlines, ground: FloatArray) -> Iterator[Structure]:
-    """Yield explanations, the cheapest first: then with layers that hide what is seen joined with no others."""
+    """Yield explanations, the cheapest first, then with layers that hide visible regions joined with no others."""
     found, apart = _of_outlines(outlines, ground), set[int]()
     yield found
     while hiding := found.mistaken_by(LAYER_MISTAKEN):
@@ -215,14 +218,14 @@ def _most_regions(shape: tuple[int, ...]) -> float:
 
 
 def _many_explained(regions: FlatRegions) -> bool:
-    """Whether not too many regions of some size explain nearly all pixels."""
+    """Whether a moderate number of regions, large ones, explains nearly all pixels."""
     large = regions.sizes[regions.labels] >= LARGE_REGION
     explained = float(np.mean(large & (regions.miss <= explained_miss(regions))))
     return explained >= FLAT_SHARE and len(regions.sizes) <= _most_regions(regions.labels.shape)
 
 
 def _judged(found: Structure, most: int) -> Structure | None:
-    """Return a structure, united for a number of layers, where all of them show the picture; else None."""
+    """Return a structure, united to at most `most` layers, if all its layers together show the picture; else None."""
     return found.united(most) if len(found.ranked) and found.mistaken <= MAX_MISTAKEN else None
 
 
@@ -236,7 +239,7 @@ def _of_outlines(outlines: Outlines, ground: FloatArray, apart: AbstractSet[int]
 
 
 def _over(layer: Layer, regions: SmoothRegions) -> list[Layer]:
-    """Return the layers of the fills over that of a layer, on the same outline."""
+    """Return the overlays of a layer's fill as layers, on the same outline."""
     fills = regions.paint(layer.shown).over
     return [
         dataclasses.replace(layer, color=paint.stops[0, : len(layer.color)], over=place)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a flat picture to its layers, bottom first: whole shapes, with what others hide of them."""
+"""From the regions of a flat picture to its layers, bottom first: whole shapes, occluded parts included."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ class Layer:
     Attributes
     ----------
     outlines : list of (n, 2) float
-        Closed polylines, px, the outer one first; holes run the other way round.
+        Closed polylines, px, the outer one first; holes have the opposite orientation.
     color : (C,) float
-        As in the picture: that of most of its pixels.
+        As in the picture: the colour of most of its pixels.
     shown : frozenset of int
-        Regions that show it.
+        Regions in which the layer is visible.
     exact : bool
-        Whether the points of the outlines are the corners of straight sides, not points along curves.
+        Whether the points of the outlines are corners of straight sides, not samples of curves.
     over : int
-        0, or which of the fills over each other on one outline it has: it follows the layers below it.
+        0, or the index of its fill among overlaid fills on one outline: it follows the layers below it.
     """
 
     outlines: list[FloatArray]
@@ -56,7 +56,7 @@ class Layer:
 
 @dataclasses.dataclass(eq=False)
 class _Shape:
-    """A layer in the making: the regions that show it, those its outline goes around, and its contours."""
+    """A layer in the making: its visible regions, the regions enclosed by its outline, and its contours."""
 
     shown: set[int]
     around: set[int]
@@ -66,13 +66,13 @@ class _Shape:
         self.contours.sort(key=lambda contour: -abs(contour.area))
 
     def outer(self) -> list[tuple[int, Contour]]:
-        """Contours that are no holes, with their places."""
+        """Contours that are no holes, with their indices."""
         return [(i, c) for i, c in enumerate(self.contours) if not c.is_hole_of(self.contours[0])]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _Join:
-    """What joining two shapes saves, the two contours by their places in them, and the one that these become."""
+    """A join of two shapes: the saving, the indices of the two contours, and the joined contour."""
 
     saved: float
     shapes: tuple[int, int]
@@ -87,9 +87,9 @@ def find_layers(
     prices: Prices = PRICES,
     apart: AbstractSet[int] = frozenset(),
 ) -> list[Layer]:
-    """Return the layers of a flat picture over a ground of a colour (C,), the lowest first.
+    """Find the layers of a flat picture over a ground of a colour (C,), the lowest first.
 
-    Regions of `apart` are joined with none.
+    Regions in `apart` are not joined with others.
     """
     regions = outlines.regions
     behind = ground_regions(outlines, ground)
@@ -108,7 +108,7 @@ def find_layers(
 
 
 class _Scene:
-    """Shapes by the region that stands for each, and their known depths."""
+    """Shapes, by the region that stands for each, and their known depths."""
 
     def __init__(self, outlines: Outlines, front: Pairs, order: list[int], prices: Prices) -> None:
         self.outlines, self.prices = outlines, prices
@@ -124,7 +124,7 @@ class _Scene:
                 self._sure[b].add(a)
 
     def add(self, k: int, markings: Iterable[int]) -> None:
-        """Add a shape that shows one region, its outline drawn around the markings on it as well."""
+        """Add a shape visible in one region; its outline includes the markings on the region."""
         around = {k, *markings}
         self.shapes[k] = _Shape({k}, around, list(self.outlines.of(around)))
 
@@ -148,13 +148,13 @@ class _Scene:
         self.shapes[keys[0]] = _Shape(shown, around, list(parts))
 
     def _above(self, *keys: int) -> set[int]:
-        """Regions of the shapes above the lowest of some."""
+        """Regions of the shapes above the lowest of the given ones."""
         depth = min(self.depth[k] for k in keys)
         others = (k for k in self.shapes if self.depth[k] > depth and k not in keys)
         return {o for k in others for o in self.shapes[k].shown}
 
     def covers(self, *keys: int) -> tuple[BoolArray, BoolArray]:
-        """Return below which regions some shapes may continue, and in what room."""
+        """Return the regions behind which some shapes may continue, and the room for doing so."""
         above = self._above(*keys)
         own = set().union(*(self.shapes[k].shown for k in keys))
         sure = set().union(*(self._sure[k] for k in own))
@@ -173,9 +173,9 @@ class _Scene:
         return total
 
     def _joint_depth(self, a: int, b: int) -> tuple[float, int]:
-        """Return what speaks against two shapes being one, more than against each where it is, and its best depth.
+        """Return the evidence against two shapes being one, beyond that against each as it is, and its best depth.
 
-        Where other shapes are drawn around a part of it, it lies on these.
+        The joined shape must lie above the shapes whose outlines include a part of it.
         """
         shown = self.shapes[a].shown | self.shapes[b].shown
         around = [self.depth[k] for k, shape in self.shapes.items() if k not in (a, b) and shape.around & shown]
@@ -187,10 +187,10 @@ class _Scene:
         return max(0.0, against - apart), best
 
     def join_all(self, apart: AbstractSet[int]) -> None:
-        """Join shapes of one colour, again and again the pair that saves most; then each with itself.
+        """Join shapes of one colour greedily, the pair of largest saving first; then each with itself.
 
-        Not those of some regions, `apart`.
-        A shape that could be joined with either of two others as well, but not with both, is joined with neither.
+        Shapes with regions in `apart` are not joined. A shape that could be joined with either of two others, but not
+        with both, at about equal savings is joined with neither.
         """
         few = few_alike(self.outlines, sorted(k for k, shape in self.shapes.items() if not shape.shown & apart))
         tried: dict[tuple[Contour, ...], _Join | None] = {}
@@ -221,7 +221,7 @@ class _Scene:
                 self._cut(k, shape)
 
     def _best_join(self, a: int, b: int) -> _Join | None:
-        """Return the best way to join two shapes that saves anything."""
+        """Return the best join of two shapes; None if none saves anything."""
         below, room = self.covers(a, b)
         ends = [[(i, c) for i, c in self.shapes[k].outer() if below[c.across].any()] for k in (a, b)]
         if not (ends[0] and ends[1]):
@@ -240,7 +240,7 @@ class _Scene:
         return best
 
     def _excludes(self, join: _Join, other: _Join) -> bool:
-        """Whether a join that saves as much as another has one of its shapes, and ends that would be gone."""
+        """Whether a join precludes another one of about the same saving that shares a shape with it."""
         common = set(join.shapes) & set(other.shapes)
         if len(common) != 1 or abs(join.saved - other.saved) > self.prices.saving:
             return False
@@ -279,7 +279,7 @@ class _Scene:
                     break
 
     def whole(self) -> list[tuple[int, list[FloatArray]]]:
-        """Return the shapes from the bottom to the top, completed; holes in which others lie are filled."""
+        """Return the shapes, bottom first, with completed outlines; holes in which other shapes lie are filled."""
         found = []
         for k in sorted(self.shapes, key=lambda k: self.depth[k]):
             below, room = self.covers(k)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pixel art: a picture of cells, of few colours, whose outlines are their sides, exactly.
+"""Pixel art: pictures of square cells in few colours, with exact outlines along the sides of cells.
 
-Many small regions of hard steps tell nothing about who lies in front: a layer is a region, or all cells of one colour
-where regions are more than the layers wanted, and goes on below later ones where that saves corners.
+Many small regions of hard steps hold no depth cues. A layer is a region, or all cells of one colour if there are more
+regions than layers wanted, and extends behind later layers where that saves corners.
 """
 
 from __future__ import annotations
@@ -25,48 +25,49 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: Least side of a cell, px: pixels of their own are hard edges of any drawing, but in a picture of few of them.
+#: Least side of a cell, px. Single pixels are the hard edges of any drawing; only in pictures of few pixels they are
+#: cells.
 LEAST_SIDE, FEW_PIXELS = 2, 128 * 128
-#: Most parts that are layers of their own, and for which it is asked who lies in front.
+#: Most parts that become layers of their own and are tested for depth order.
 MOST_PARTS = 64
-#: Most colours of pixel art, and where cells are pixels; most corners of its layers.
+#: Most colours of pixel art, and if its cells are pixels; most corners of its layers.
 MOST_COLORS, MOST_COLORS_OF_PIXELS, MOST_CORNERS = 256, 32, 20_000
-#: Levels of a channel that are told apart: rounding is less.
+#: Levels of a channel that are distinguished; smaller differences are rounding.
 LEVELS = 65535
 _CROSS = ndimage.generate_binary_structure(2, 1)
-#: Steps (row, column) of an outline in clockwise order: to the right, down, to the left, up.
+#: Steps (row, column) along an outline in clockwise order: right, down, left, up.
 _STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Mosaic:
-    """A picture as cells."""
+    """A picture as a grid of cells."""
 
-    cells: IntArray  # (h, w), colour of each cell
-    colors: FloatArray  # (K, C), the colours
-    rows: IntArray  # (h + 1,), sides of the cells, px
-    columns: IntArray  # (w + 1,), the same
+    cells: IntArray  # (h, w), index of each cell's colour
+    colors: FloatArray  # (K, C)
+    rows: IntArray  # (h + 1,), horizontal sides of the cells, px
+    columns: IntArray  # (w + 1,), vertical sides, px
 
     @property
     def enlarged(self) -> bool:
-        """Whether every cell is larger than a pixel, but for those that the page cuts."""
+        """Whether every cell is larger than a pixel, except those cut by the page."""
         return _least_side(self.rows, self.columns) >= LEAST_SIDE
 
     @property
     def repeats(self) -> bool:
-        """Whether colours come again, twice each in the mean: not so on a ramp."""
+        """Whether colours recur, twice each on average, unlike on a ramp."""
         return self.num_parts >= 2 * len(self.colors)
 
     @functools.cached_property
     def parts(self) -> IntArray:
-        """Connected cells of one colour, those that touch at a corner included: (h, w), from 0 on."""
+        """Labels of 8-connected cells of one colour: (h, w), from 0 on."""
         from skimage.measure import label
 
         return np.asarray(label(self.cells + 1, background=0, connectivity=2), dtype=np.int64) - 1
 
     @property
     def num_parts(self) -> int:
-        """How many parts there are, where cells touch that have a side in common."""
+        """Number of 4-connected parts."""
         from skimage.measure import label
 
         return int(label(self.cells + 1, background=0, connectivity=1).max())
@@ -74,7 +75,8 @@ class Mosaic:
     def layers(self, ground: FloatArray, most: int) -> tuple[FlatRegions, list[Layer], BoolArray] | None:
         """Return the regions, the layers over a ground (C,), the lowest first, and their pixels (N, H, W).
 
-        A layer is a part where these are few, `most` at most, else all cells of a colour. None for too many corners.
+        A layer is a part if there are at most `most` (and `MOST_PARTS`), else all cells of a colour. None if there are
+        too many corners.
         """
         bare = self._bare(ground)
         parts, of_part = self.parts, np.zeros(self.parts.max() + 1, np.int64)
@@ -113,7 +115,7 @@ class Mosaic:
         return regions, layers, masks
 
     def _bare(self, ground: FloatArray) -> BoolArray:
-        """Return which parts are the ground: of its colour, and at the page's border, or without paint."""
+        """Return which parts are ground: of its colour, and at the page's border or without paint."""
         near = np.abs(self.colors - ground).max(axis=1) <= SAME_COLOR
         bare = np.zeros(self.parts.max() + 1, bool)
         bare[self.parts[near[self.cells]]] = True
@@ -136,7 +138,7 @@ class Mosaic:
 
 
 def mosaic_of(image: NDArray[np.floating]) -> Mosaic | None:
-    """Return a picture (H, W, C) as cells; None where there are too many colours, or cells of a pixel."""
+    """Return a picture (H, W, C) as cells; None if it has too many colours, or cells of one pixel."""
     levels = np.round(np.asarray(image, dtype=np.float64) * LEVELS).astype(np.int64)
     rows, columns = _sides(levels, 0), _sides(levels, 1)
     enlarged = _least_side(rows, columns) >= LEAST_SIDE
@@ -150,18 +152,18 @@ def mosaic_of(image: NDArray[np.floating]) -> Mosaic | None:
 
 
 def _least_side(*sides: IntArray) -> int:
-    """Return the least side of a cell, px, of those that the page does not cut."""
+    """Return the least side, px, of the cells not cut by the page."""
     return min(int(np.diff(along)[1:-1].min(initial=2**31)) for along in sides)
 
 
 def _sides(levels: IntArray, axis: int) -> IntArray:
-    """Return where rows or columns differ from the one before, and both ends."""
+    """Return the positions where rows or columns differ from the preceding one, and both ends."""
     changes = np.diff(levels, axis=axis).any(axis=(1 - axis, 2))
     return np.concatenate([[0], np.flatnonzero(changes) + 1, [levels.shape[axis]]])
 
 
 def simplest(own: BoolArray, later: BoolArray) -> BoolArray:
-    """Return cells of a layer: its own, and later ones (h, w) where these save corners."""
+    """Return the cells of a layer: its own, and those of later layers (h, w) where they save corners."""
     hollows, count = ndimage.label(~own, _CROSS)
     shown = np.unique(hollows[~own & ~later])
     mask = own | (np.isin(hollows, np.setdiff1d(np.arange(1, count + 1), shown)) & later)
@@ -177,7 +179,7 @@ def simplest(own: BoolArray, later: BoolArray) -> BoolArray:
 
 
 def corner_count(mask: BoolArray, box: tuple[slice, ...] | None = None, size: tuple[int, ...] | None = None) -> int:
-    """Return the corners of the outlines of cells (h, w); of a box of a grid, those within it."""
+    """Count the corners of the outlines of cells (h, w); for a box of a grid, those inside it."""
     padded = np.pad(mask, 1).astype(np.int8)
     odd = padded[1:, 1:] + padded[:-1, 1:] + padded[1:, :-1] + padded[:-1, :-1]
     crossed = (odd == 2) & (padded[1:, 1:] == padded[:-1, :-1])
@@ -192,7 +194,7 @@ def corner_count(mask: BoolArray, box: tuple[slice, ...] | None = None, size: tu
 
 
 def loops(mask: BoolArray) -> Iterator[tuple[IntArray, IntArray]]:
-    """Yield the corners (rows, columns) of each outline of cells (h, w), clockwise; holes run the other way round."""
+    """Yield the corners (rows, columns) of each outline of cells (h, w), clockwise; holes anticlockwise."""
     padded = np.pad(mask, 1)
     edges: dict[tuple[int, int], list[int]] = {}
     sides = (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Paint order of flat regions: the one that agrees best with the evidence."""
+"""Paint order of flat regions: the order that agrees best with the evidence."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from livecl.layering.structure.depth import Pairs
 
 
 def paint_order(front: Pairs, nodes: list[int], sizes: NDArray[np.int64], one: list[tuple[int, ...]]) -> list[int]:
-    """Return the regions, the lowest first: again and again the one with least evidence of lying in front of the rest.
+    """Return the regions in paint order, the lowest first, greedily by least evidence of lying in front.
 
-    Those of each tuple of `one` count as one, and follow each other.
+    The regions of each tuple in `one` are treated as one, and are consecutive.
     """
     leader = {k: k for k in nodes}
     for group in one:

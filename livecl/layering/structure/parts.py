@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parts of one colour that touch: cut a region in two where its outline goes on straight between two concave corners.
+"""Split a region into touching shapes of one colour, along an outline continued between two concave corners.
 
-Where one shape lies across another of its own colour, no border is seen, but both outlines end in concave corners, and
-that of the shape in front goes on from one to the other (good continuation; the minima rule: Hoffman and Richards,
-Cognition 18, 1984). The region is cut along that continuation where two shapes are the cheaper explanation.
+Where a shape lies across another of its own colour, no border is visible, but both outlines end in concave corners, and
+the outline of the shape in front continues from one to the other (good continuation; the minima rule: Hoffman and
+Richards, Cognition 18, 1984). The region is cut along that continuation if two shapes are the cheaper explanation.
 """
 
 from __future__ import annotations
@@ -30,28 +30,29 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: Share of the picture up to which a region counts as a letter or a sign, which is one; pixels of the smallest part.
+#: Share of the picture up to which a region counts as a letter or a sign, which is not split; pixels of the smallest
+#: part.
 LETTER, LEAST_PART = 0.02, 20
-#: Most concave corners of an outline: more are a pattern, such as a lattice or a saw.
+#: Most concave corners of an outline that is split: more are a pattern, such as a lattice or a saw.
 MOST_CONCAVE = 12
-#: Least bend of a concave corner, radians, and steps over which it is taken.
+#: Least bend of a concave corner, radians, and the steps over which it is measured.
 LEAST_BEND, BEND_REACH = 0.3, 6
-#: Points beside a corner that are looked at, and least of them; root mean square, and largest distance, px, from a line
-#: that they lie on.
+#: Points used beside a corner, and fewest of them; largest root-mean-square and maximum distance, px, from a line
+#: through them.
 ARM, LEAST_ARM, ON_LINE, OFF_LINE = 16, 3, 0.1, 0.4
-#: Share of a circle or an ellipse that is seen where an outline goes on along it.
+#: Least visible share of a circle or an ellipse along which an outline continues.
 HALF = 0.5
-#: Cosine of the largest angle between the end of an outline and the way to where it goes on.
+#: Cosine of the largest angle between the end of an outline and the way to its continuation.
 AHEAD = 0.75
 #: Share of a continuation that must lie within regions other than the ground.
 WITHIN = 0.97
-#: Rounds in which parts are cut again.
+#: Rounds in which parts are split again.
 ROUNDS = 4
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _Cut:
-    """A region cut in two: the part behind, along which the other goes on, and what that saves."""
+    """A region split in two: the part behind, the curve along which the front part continues, and the saving."""
 
     behind: BoolArray
     curve: FloatArray
@@ -59,9 +60,9 @@ class _Cut:
 
 
 def with_parts(regions: FlatRegions, ground: FloatArray, prices: Prices = PRICES) -> Outlines:
-    """Cut regions of one colour into the parts that a person would see, over a ground of a colour (C,).
+    """Split regions of one colour into the parts that a person would see, over a ground of a colour (C,).
 
-    Returns the outlines of the regions, those cut with a number more.
+    Returns the outlines of all regions; each cut adds one.
     """
     outlines = Outlines(regions)
     behind = ground_regions(outlines, ground)
@@ -80,9 +81,9 @@ def with_parts(regions: FlatRegions, ground: FloatArray, prices: Prices = PRICES
 
 
 def with_more_parts(outlines: Outlines, number: int, prices: Prices = ASKED) -> Outlines:
-    """Cut regions into more parts, which are asked for: again and again the one whose cut saves most, some at most.
+    """Split regions into more parts, as requested, greedily by the saving, at most `number` times.
 
-    Returns the same outlines where nothing can be cut.
+    Returns the same outlines if nothing can be split.
     """
     looked_at = [k for k in range(outlines.count) if k not in (outlines.ground or ())]
     found: dict[int, _Cut] = {}
@@ -97,7 +98,7 @@ def with_more_parts(outlines: Outlines, number: int, prices: Prices = ASKED) -> 
 
 
 def _cuts(numbers: Iterable[int], outlines: Outlines, prices: Prices) -> dict[int, _Cut]:
-    """Return the cuts of regions of some numbers that save anything."""
+    """Return the cuts that save anything, for the given regions."""
     inside = outlines.marks(k for k in range(outlines.count) if k not in (outlines.ground or ()))
     noise = noise_of([contour.points for k in range(outlines.count) for contour in outlines.of((k,))])
     found = {}
@@ -110,7 +111,7 @@ def _cuts(numbers: Iterable[int], outlines: Outlines, prices: Prices) -> dict[in
 
 
 def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, prices: Prices) -> _Cut | None:
-    """Return the cut of a region that saves most, None where none does."""
+    """Return the cut of a region with the largest saving; None if no cut saves anything."""
     from skimage.draw import polygon2mask
 
     regions, (contour, *holes) = outlines.regions, outlines.of((k,))
@@ -145,8 +146,8 @@ def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, price
 def _continuations(contour: Contour, noise: float) -> Iterator[tuple[FloatArray, FloatArray, FloatArray, int]]:
     """Yield continuations of an outline from one concave corner to another.
 
-    Each is the outline that goes on, the chain that it leaves out, the points in between, and how many of the two
-    outlines, this one first, go on exactly.
+    Each is the outline that continues, the chain that it leaves out, the connecting points, and how many of the two
+    outlines, this one included, continue exactly.
     """
     outline = find_corners(contour.points, noise)
     points, corners, count = outline.points, outline.corners, len(outline.points)
@@ -177,16 +178,16 @@ def _continuations(contour: Contour, noise: float) -> Iterator[tuple[FloatArray,
 
 
 def _after(i: int, number: int, count: int) -> IntArray:
-    """Return the indices of a number of points after one of a closed outline of a count of them."""
+    """Return the indices of the `number` points after point i of a closed outline of `count` points."""
     return (i + 1 + np.arange(number)) % count
 
 
 def _continuation(
     start: FloatArray, arm: FloatArray, end: FloatArray, other: FloatArray, one_side: bool, noise: float
 ) -> tuple[FloatArray, bool] | None:
-    """Return the points by which an outline goes on from one arm to another, if it does; and whether exactly.
+    """Return the points by which an outline continues from one arm to another, if it does, and whether exactly.
 
-    That is, on one straight line, or on a circle or ellipse of which half is seen.
+    Exactly means along one straight line, or along a circle or an ellipse of which half is visible.
     """
     enter, leave = direction_at_end(arm[-ARM:]), direction_at_end(other[:ARM][::-1])
     if enter is None or leave is None:
@@ -213,7 +214,7 @@ def _continuation(
 
 
 def _divided(regions: FlatRegions, k: int, cut: _Cut) -> FlatRegions:
-    """Return regions of which one is cut in two; the part behind becomes the last."""
+    """Return the regions with one split in two; the part behind becomes the last."""
     number, core = len(regions.sizes), int(max(regions.cores.max(), regions.other.max())) + 1
     labels, other, share = regions.labels.copy(), regions.other.copy(), regions.share.copy()
     old = int(regions.cores[k])
@@ -244,7 +245,7 @@ def _divided(regions: FlatRegions, k: int, cut: _Cut) -> FlatRegions:
 
 
 def _dense(points: FloatArray) -> FloatArray:
-    """Return points at steps of a fifth of a pixel along a polyline."""
+    """Resample a polyline at steps of a fifth of a pixel."""
     lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     at = np.linspace(0, lengths[-1], max(2, int(5 * lengths[-1])))
     return np.stack([np.interp(at, lengths, points[:, axis]) for axis in (0, 1)], axis=1)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Place the layers that structure finds: outlines fitted to them, those that remove most error first.
+"""Place the layers of a structure: fit their outlines, and add those that remove most error first.
 
-What a stage adds depends on the picture and on how many layers there are already, and on nothing else, so that a run
-can go on from any state.
+The layers added by a stage depend only on the picture and on the number of layers present, so that a run can resume
+from any state.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ from livecl.layering.structure.ranking import Structure
 
 FloatArray = NDArray[np.float64]
 
-#: Points of an outline that are averaged to find its noise at longer waves: JPEG has blocks of 8 px, half a wave is 4.
+#: Points of an outline averaged to measure its noise at longer wavelengths: JPEG has blocks of 8 px, half a wave is 4.
 WIDTHS = (2, 4)
-#: Mean squared error, of layers that are not worth their price each, from which on these show too much to be left out:
-#: regions show it by fewer, larger ones.
+#: Mean squared error of the layers not worth their price above which too much would be omitted: component-wise
+#: placement then shows it by fewer, larger regions.
 MAX_LEFT_OUT = 5e-4
-#: Points at which a segment is looked at, and the share of a point from which on a control point decides on it.
+#: Samples of a segment; Bernstein weight from which a control point determines a sample.
 SAMPLES, LEAST_SHARE = 9, 0.2
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Beside:
-    """Strokes in a structure.
+    """Position of strokes in a structure.
 
     Attributes
     ----------
     kept : (N,) bool
-        Layers of the structure that are needed beside the strokes.
+        Layers of the structure needed beside the strokes.
     depths : (K,) int
-        How many layers of the structure lie below each stroke.
+        Number of layers of the structure below each stroke.
     """
 
     kept: NDArray[np.bool_]
@@ -55,7 +55,7 @@ class Beside:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class NextLayers:
-    """What a stage adds.
+    """The layers added by a stage.
 
     Attributes
     ----------
@@ -68,13 +68,14 @@ class NextLayers:
     order : (N + K,) int
         Paint order of the N old layers and the new ones.
     weight : (H, W) float32
-        0 where layers show that are not placed yet, or for which there are no paths, 1 elsewhere.
+        0 where layers show that are not placed yet, or that have no paths, 1 elsewhere.
     numbers : (N + K,) int
-        Number of each layer of the drawing in the whole structure, in paint order; that after the last for strokes.
+        Index of each layer of the drawing in the whole structure, in paint order; strokes have the index after the
+        last.
     top : (H, W) int
-        Layer that shows at each pixel in the whole structure, 1 for the lowest; 0 where the ground does.
+        Top layer at each pixel in the whole structure, 1 for the lowest; 0 for the ground.
     exact : bool
-        Whether the outlines are the picture's own, as of pixel art.
+        Whether the outlines are exact, as of pixel art.
     """
 
     outlines: list[list[FloatArray]]
@@ -87,23 +88,23 @@ class NextLayers:
     exact: bool = False
 
     def hidden_points(self, drawing: Drawing) -> NDArray[np.bool_]:
-        """Return the control points (M, 3) of a drawing of these layers that stay: no pixel decides on them."""
+        """Return the control points (M, 3) of a drawing of these layers that no pixel constrains: they stay fixed."""
         if self.exact:
             return np.ones((drawing.num_segments, 3), bool)
         return hidden_points(drawing, self.numbers, self.top)
 
 
 def hidden_points(drawing: Drawing, numbers: NDArray[np.intp], top: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return the control points (M, 3) of a drawing that no pixel decides on: their curves run below others there.
+    """Return the control points (M, 3) of a drawing that no pixel constrains, on curves hidden by other layers.
 
-    A control point is seen where its share of a visible point of its curve (its Bernstein weight) is large enough.
+    A control point is visible if its Bernstein weight at a visible point of its curve is large enough.
 
     Parameters
     ----------
     drawing : Drawing
         Layers, with their `numbers` (N,) in paint order.
     top : (H, W) int
-        Number of the layer that shows at each pixel, and 1 more; 0 where none does.
+        Index of the top layer at each pixel, plus 1; 0 if there is none.
     """
     lowest = ndimage.minimum_filter(top, footprint=ndimage.generate_binary_structure(2, 1))
     at = np.linspace(0, 1, SAMPLES)
@@ -126,10 +127,10 @@ def structure_kind(
     asked: int = 0,
     least: float = 0.0,
 ) -> Literal["shapes", "cells"] | None:
-    """Return whether shapes of one fill each explain a picture (H, W, C), or cells of pixel art; None if neither.
+    """Return whether shapes of one fill each, or cells of pixel art, explain a picture (H, W, C); None if neither.
 
-    `count` layers show about all of them, and so do those that lower the mean squared error by `least` each: what
-    these leave out would show what lies below. Arguments as of
+    `count` layers must show almost all of them, and so must those that lower the mean squared error by at least `least`
+    each: where layers are omitted, those below would show. Arguments as of
     :func:`livecl.layering.structure.finding.found_structure`.
     """
     found = found_structure(target, background, count, shading, asked)
@@ -139,7 +140,7 @@ def structure_kind(
 
 
 def _left_out(found: Structure, least: float) -> float:
-    """Return the mean squared error of layers that are worth less than that each: they will be left out."""
+    """Return the mean squared error of the layers worth less than `least` each, which will be omitted."""
     size = 3 * found.top.size
     return float(found.gains[found.gains < least * size].sum() / size)
 
@@ -153,11 +154,11 @@ def place_structure(
     asked: int = 0,
     beside: Beside | None = None,
 ) -> NextLayers | None:
-    """Return the next layers, `count` at most, of a picture of flat or shaded regions, or None where all are there.
+    """Return the next layers of a flat or shaded picture, `count` at most; None if all are placed.
 
-    The target is as in :func:`livecl.layering.structure.finding.found_structure`, and so are `shading` and `asked`. The
-    drawing's filled layers are those that earlier calls have placed, `total` those of the whole run, at most. Its
-    strokes are none of the structure's layers: `beside` says which of these are needed beside them.
+    Target, `shading` and `asked` are as in :func:`livecl.layering.structure.finding.found_structure`. The drawing's
+    filled layers are those placed by earlier calls, `total` the most layers of the whole run. Its strokes are not
+    layers of the structure: `beside` tells which of these are needed beside the strokes.
     """
     found = structure_of(target, drawing.background, total, shading, asked)
     ranked = found.ranked if beside is None else found.ranked[beside.kept[found.ranked]]
@@ -187,10 +188,10 @@ def place_structure(
 
 
 def outline_noise(found: Structure) -> tuple[float, float]:
-    """Return the noise of the outlines of a structure, standard deviation of their points, px; and that at long waves.
+    """Return the noise of a structure's outlines, standard deviation of their points, px, and that at long wavelengths.
 
-    The second is that of a noisy picture, at the waves at which it is largest; and not less than the coverages of
-    borders tell, which err by the picture's noise over the contrast of the two sides.
+    The second is 0 for a clean picture. For a noisy one it is the largest over several wavelengths, and at least the
+    noise of the borders' coverages: the picture's noise over the contrast of the two sides.
     """
     polylines = [points for layer in found.layers if not (layer.exact or layer.over) for points in layer.outlines]
     noise, waves = noise_of(polylines), 0.0
@@ -200,7 +201,7 @@ def outline_noise(found: Structure) -> tuple[float, float]:
 
 
 def fitted_layer(layer: Layer, noise: float, waves: float = 0.0) -> list[FloatArray]:
-    """Return the outlines of a layer as closed cubic paths (s, 3, 2); its noise is that of its points, px."""
+    """Fit closed cubic paths (s, 3, 2) to a layer's outlines, given the noise of their points, px."""
     if layer.exact:
         return [polygon_path(points) for points in layer.outlines]
     return [traced_path(points, noise, waves=waves) for points in layer.outlines]

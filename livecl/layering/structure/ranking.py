@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layers of a picture, ranked by the error that each removes; united, or made holes, where there are too many."""
+"""Rank the layers of a picture by the error that each removes; unite or cut out layers if there are too many."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: What a pixel's colour may miss and still count as explained: a constant, and for each unit of noise.
+#: Largest residual of an explained pixel: a constant, and per unit of noise.
 EXPLAINED, EXPLAINED_OF_NOISE = 12 / 255, 6.0
-#: Squared error that a layer must remove, in channels of a pixel that are wholly wrong; or pixels that must show it.
+#: Least squared error that a layer must remove, in wholly wrong channels of a pixel; or least number of visible pixels.
 LEAST_GAIN, LEAST_PIXELS = 3.0, 64
-#: Share of a layer that must lie within another one to become a hole of it.
+#: Share of a layer that must lie within another one for it to become a hole there.
 INSIDE = 0.98
-#: Layers beyond the number wanted, as a share of it and more, that are looked at for uniting.
+#: Layers considered for uniting: a multiple of the number wanted, plus a constant.
 UNITED_SHARE, UNITED_MORE = 2, 40
-#: Squared error that each px of the border is worth at which a shape ends that went on below another: .0009 on a face
-#: of 18 shapes at 8 paths, and whole shapes as without such unions. A thirtieth, which such a seam adds, the mean of
-#: (a (1 - a))^2 over coverages a, gives .0003, and on icons .0006 less overlap.
+#: Price, squared error per px, of a border at which a shape ends that continued behind another: .0009 on a face of 18
+#: shapes at 8 paths, and whole shapes as without such unions. The thirtieth that such a seam adds, the mean of (a (1 -
+#: a))^2 over coverages a, gives .0003, and on icons .0006 less overlap.
 SEAM = 0.3
-#: Share of the error of leaving the last layer out that one colour for two, or one place, may cost: colours nearly as
-#: far from each other as from what lies below are not one.
+#: Largest error of sharing one colour or one place, as a share of the error of omitting the last layer: colours almost
+#: as different from each other as from the layers below are not equal.
 NEAR = 0.5
 
 
@@ -54,28 +54,28 @@ class _Union:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Structure:
-    """Layers of a picture.
+    """Ranked layers of a picture.
 
     Attributes
     ----------
     regions : FlatRegions
-        What they show.
+        Regions of the picture.
     layers : list of Layer
         The lowest first.
     ground : (C,) float
-        What shows where there are none.
+        Colour where there are no layers.
     masks : (N, H, W) bool
         Pixels within each layer's outlines.
     top : (H, W) int
-        Layer that shows at each pixel, 1 for the lowest; 0 where the ground does. Of fills over each other, the lowest.
+        Top layer at each pixel, 1 for the lowest; 0 for the ground. Of overlaid fills, the lowest.
     gains : (N,) float
-        Squared error that each removes.
+        Squared error that each layer removes.
     ranked : (K,) int
-        Layers worth having, those that remove most first.
+        Layers worth placing, those that remove most first.
     outlines : Outlines, optional
-        Of the regions, where layers that others hide may be cut to what is seen of them.
+        Outlines of the regions, if occluded layers may be cut to their visible part.
     left_out : (H, W) bool, optional
-        Pixels that showed layers for which there are no paths.
+        Pixels at which omitted layers were visible.
     """
 
     regions: FlatRegions
@@ -116,7 +116,7 @@ class Structure:
 
     @property
     def _kept(self) -> tuple[Outlines | None, BoolArray | None]:
-        """What stays where layers are united."""
+        """Fields that stay when layers are united."""
         return self.outlines, self.left_out
 
     def fills_of(self, layer: int) -> Fills:
@@ -127,49 +127,49 @@ class Structure:
         return Fills.solid(1)
 
     def shows(self, layers: IntArray) -> BoolArray:
-        """Return the pixels (H, W) at which any of some layers (K,) show."""
+        """Return the pixels (H, W) at which any of some layers (K,) is visible."""
         lowest = [int(k) - self.layers[k].over for k in layers]
         return np.isin(self.top, np.array(lowest, np.int64) + 1)
 
     def _overlaid(self, layer: int) -> bool:
-        """Whether a layer is one of several fills over each other."""
+        """Whether a layer is one of several overlaid fills."""
         return bool(self.layers[layer].over or (layer + 1 < len(self.layers) and self.layers[layer + 1].over))
 
     @property
     def shaded(self) -> bool:
-        """Whether any layer worth having has a gradient."""
+        """Whether any layer worth placing has a gradient."""
         return any(self.fills_of(k).any_gradients for k in self.ranked)
 
     @property
     def exact(self) -> bool:
-        """Whether the outlines are those of pixel art, which stay as they are."""
+        """Whether the outlines are exact, as of pixel art."""
         return any(layer.exact for layer in self.layers)
 
     @property
     def mistaken(self) -> float:
-        """Share of the pixels within regions at which the layers, painted over each other, show something else."""
+        """Share of the pixels within regions that the composited layers show wrongly."""
         return float(self._wrong.sum() / max(np.count_nonzero(self._missed[1]), 1))
 
     @property
     def error(self) -> float:
-        """Mean squared error that the layers, painted over each other, leave at pixels within regions."""
+        """Mean squared error of the composited layers at pixels within regions."""
         missed, inner = self._missed
         return float(np.square(missed[inner]).sum() / missed.size)
 
     def mistaken_by(self, least: float) -> list[Layer]:
-        """Return the layers that show something else at more than a share of the pixels within regions each."""
+        """Return the layers that are each wrong at more than a share of the pixels within regions."""
         counts = np.bincount(self.top[self._wrong], minlength=len(self.layers) + 1)[1:]
         return [self.layers[k] for k in np.flatnonzero(counts > least * np.count_nonzero(self._missed[1]))]
 
     @functools.cached_property
     def _wrong(self) -> BoolArray:
-        """Pixels within regions at which the layers show something else, (H, W)."""
+        """Pixels within regions that the layers show wrongly, (H, W)."""
         missed, inner = self._missed
         return np.asarray(inner & (np.abs(missed).max(axis=-1) > explained_miss(self.regions)))
 
     @functools.cached_property
     def _missed(self) -> tuple[FloatArray, BoolArray]:
-        """What the layers miss of the picture, (H, W, C), and which pixels lie within regions, (H, W)."""
+        """Residual of the layers, (H, W, C), and the pixels within regions, (H, W)."""
         regions = self.regions
         inner = ndimage.minimum_filter(regions.labels, 3) == ndimage.maximum_filter(regions.labels, 3)
         seen = painted(regions, self.layers, self.ground, self.top)
@@ -177,10 +177,10 @@ class Structure:
         return np.asarray(seen - wanted), inner
 
     def united(self, most: int) -> Structure:
-        """Unite layers or leave them out, whichever loses least, until there are at most `most`.
+        """Unite or omit layers, whichever loses least, until there are at most `most`.
 
-        One path has several parts then, as the artist's own would have; of fills that are not the same that of one part
-        stands for both. A layer below what lies between goes on top of it, as far as it is seen.
+        A path may then have several parts, as an artist's may; if their fills differ, that of one part is used for
+        both. A layer below what lies between the two moves up, cut to its visible part if needed.
         """
         found, rises = self, dict[frozenset[frozenset[int]], float]()
         while len(found.ranked) > most:
@@ -197,7 +197,7 @@ class Structure:
         return found
 
     def _best_union(self, most: int, rises: dict[frozenset[frozenset[int]], float]) -> _Union | None:
-        """Return the two layers by whose union least is lost; `rises` keeps what is lost by fills."""
+        """Return the union of two layers that loses least; `rises` caches the error lost by sharing fills."""
         looked_at = np.sort(self.ranked[: UNITED_SHARE * most + UNITED_MORE]).tolist()
         looked_at = [k for k in looked_at if not self._overlaid(k)]
         pairs = []
@@ -223,7 +223,7 @@ class Structure:
         return best
 
     def _without(self, layer: int) -> Structure:
-        """Leave out a layer, with the fills over it."""
+        """Omit a layer, together with its overlays."""
         after = next((k for k in range(layer + 1, len(self.layers)) if not self.layers[k].over), len(self.layers))
         kept = [*range(layer), *range(after, len(self.layers))]
         layers, shown = [self.layers[k] for k in kept], self.shows(np.array([layer]))
@@ -231,7 +231,7 @@ class Structure:
         return Structure.of(self.regions, layers, self.ground, self.masks[kept], self.outlines, left_out)
 
     def _with_a_hole(self) -> Structure | None:
-        """Cut a layer out of the one that it lies on, as a hole, where the same shows below; the smallest first."""
+        """Cut a layer out of the one around it, as a hole, if the same colour shows through; the smallest first."""
         for layer in self.ranked[::-1].tolist():
             own = self.masks[layer]
             around = max((k for k in range(layer) if (self.masks[k] & own).any()), default=None)
@@ -262,7 +262,7 @@ class Structure:
         return None
 
     def _place_of_both(self, lower: int, upper: int) -> tuple[int, float]:
-        """Return which of two layers' places both may have, and the squared error where this changes what is seen."""
+        """Return the better of two layers' places for their union, and the squared error of the visible change."""
         between = (self.top > lower + 1) & (self.top < upper + 1)
         risen = self.masks[lower] & between
         sunk = (self.top == upper + 1) & self.masks[lower + 1 : upper].any(axis=0)
@@ -280,7 +280,7 @@ class Structure:
         return np.asarray(np.square(colors[:, None] - colors[None]).sum(axis=-1))
 
     def _seen_outlines(self, layer: int) -> tuple[list[FloatArray], int] | None:
-        """Return the outlines of what is seen of a layer, and how much of them borders on other shapes, px."""
+        """Return the outlines of a layer's visible part, and the length of their borders with other shapes, px."""
         shown = self.layers[layer].shown
         if self.outlines is None or not shown:
             return None
@@ -303,7 +303,7 @@ class Structure:
 
 
 def mask_of(layer: Layer, size: tuple[int, int]) -> BoolArray:
-    """Return the pixels (H, W) within a layer's outlines."""
+    """Rasterize a layer's outlines to pixels (H, W)."""
     from skimage.draw import polygon2mask
 
     interruption.check()
@@ -314,19 +314,19 @@ def mask_of(layer: Layer, size: tuple[int, int]) -> BoolArray:
 
 
 def explained_miss(regions: FlatRegions) -> float:
-    """Return what a pixel's colour may miss and still count as explained."""
+    """Return the largest residual of an explained pixel."""
     return EXPLAINED + EXPLAINED_OF_NOISE * regions.noise
 
 
 def _gain_over(regions: SmoothRegions, layer: Layer, shown: BoolArray) -> float:
-    """Return the squared error that a fill removes over others on the same outline, at pixels (H, W)."""
+    """Return the squared error that an overlay removes, at pixels (H, W)."""
     paint, points = regions.paint(layer.shown), pixel_centers(shown)
     below, whole = (dataclasses.replace(paint, over=paint.over[:count]) for count in (layer.over - 1, layer.over))
     return float(np.square(whole.at(points) - below.at(points)).sum())
 
 
 def painted(regions: FlatRegions, layers: list[Layer], ground: FloatArray, numbers: IntArray) -> FloatArray:
-    """Return the picture (H, W, C) of the layers that numbers (H, W) name, 1 for the lowest, 0 for the ground."""
+    """Return the picture (H, W, C) of the layers with the given indices (H, W), 1 for the lowest, 0 for the ground."""
     image = np.stack([ground, *(layer.color for layer in layers)])[numbers]
     if isinstance(regions, SmoothRegions):
         for number, layer in enumerate(layers, start=1):
