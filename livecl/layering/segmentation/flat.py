@@ -80,7 +80,7 @@ class FlatRegions:
         return LAYER_NUMBERS * len(self.sizes)
 
     def cost(self, price: float) -> float:
-        """Return the squared error that the regions leave, of any channel, and the price of their numbers."""
+        """Return the squared residual of each pixel's worst channel, summed, plus the price of the numbers."""
         return float(np.square(self.miss).sum()) + price * self.numbers
 
     def near(self, color: FloatArray) -> NDArray[np.bool_]:

@@ -51,8 +51,8 @@ MAX_MISTAKEN = 0.1
 #: Mean squared error up to which the first explanation is accepted; otherwise the one of least error. Pixels decide
 #: first.
 SHOWN = 2e-4
-#: Share of a layer that hides visible regions above which it is joined with no other shape: the bridge between two
-#: shapes hides what lies between.
+#: Share of the pixels within regions that a layer may show wrongly; above it, the layer is joined with no other shape:
+#: the bridge between two shapes hides what lies between.
 LAYER_MISTAKEN = 0.002
 #: Share of slightly differing neighbouring pixels from which shading is sought: flat pictures have hardly any.
 SOME_SLOPES = 0.004

@@ -129,7 +129,7 @@ class _Scene:
         self.shapes[k] = _Shape({k}, around, list(self.outlines.of(around)))
 
     def unite(self, front: int, behind: Iterable[int]) -> None:
-        """Make one shape of the regions seen through another; around that one as well where this is simpler."""
+        """Unite the regions seen through another one into one shape, continued behind that one if this is simpler."""
         parts_of = set(behind)
         keys = sorted((k for k, shape in self.shapes.items() if shape.shown & parts_of), key=lambda k: self.depth[k])
         if not keys or front not in self.depth:

@@ -43,7 +43,7 @@ NEAR = 0.5
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _Union:
-    """Two layers as one: the squared error lost, and their gains; their places, that of both, the lower's outlines."""
+    """A union of two layers: squared error lost, and their gains; their places, that of the union, lower outlines."""
 
     lost: tuple[float, float]
     lower: int
