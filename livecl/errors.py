@@ -63,7 +63,7 @@ MAX_LISTED = 12
 
 
 def name_hint(name: str, known: Iterable[str]) -> str:
-    """Return a hint for a name that there is not: the nearest that there is, or the first ones of all."""
+    """Return a hint for an unknown name: the nearest known name, or the first ones of all."""
     known = list(known)
     if near := difflib.get_close_matches(name, known, n=1, cutoff=0.5):
         return f"did you mean {near[0]!r}?"

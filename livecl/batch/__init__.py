@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many pictures, on this machine or on a Dask cluster."""
+"""Vectorize many pictures, on this machine or on a Dask cluster."""
 
 import lazy_loader
 

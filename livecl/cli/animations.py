@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings one after the other, written as the suffix of the output says."""
+"""Write consecutive drawings as frames or an animation, by the suffix of the output."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The arguments of the command line: their names, kinds and help, and those that a file of options sets."""
+"""Command-line arguments: names, types and help; those that an options file may set."""
 
 from __future__ import annotations
 

@@ -130,7 +130,7 @@ def read_drawing(path: Path, arguments: argparse.Namespace) -> livecl.Drawing:
 
 
 def check_device(arguments: argparse.Namespace) -> None:
-    """Refuse a device that there is not."""
+    """Raise BadInputError for a device that does not exist."""
     from livecl.opencl.device import choose_device
 
     if arguments.device is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Facts of a run, as ``--json`` writes them: sizes, options, layers with their fills, stages."""
+"""Facts of a run, as written by ``--json``: sizes, options, layers with their fills, stages."""
 
 from __future__ import annotations
 

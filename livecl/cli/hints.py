@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hints where a drawing stays far from its picture: how far that is follows from the picture."""
+"""Hints for drawings that stay far from their picture, chosen by properties of the picture."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command ``livecl-interpolate``: drawings between two, which are SVGs, or pictures that are vectorized first."""
+"""The command ``livecl-interpolate``: drawings between two SVGs, or between two pictures, vectorized first."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From arguments to work: pictures found and read, and all that can be wrong said, before the work starts."""
+"""Checked requests: find and read the pictures, and report anything wrong before the work starts."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class BatchJob:
 
 
 def checked(arguments: argparse.Namespace) -> Job | BatchJob:
-    """Read the picture, or find the pictures, and check all else that is asked for, without touching a file.
+    """Check a request without touching a file: read the picture, or find the pictures.
 
     Raises ValueError or LiveclError if it cannot be done; the message is one line for the user.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command ``livecl-sequence``: pictures that follow each other, each drawing started from the one before."""
+"""The command ``livecl-sequence``: vectorize consecutive pictures, each drawing started from the preceding one."""
 
 from __future__ import annotations
 

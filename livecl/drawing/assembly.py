@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Make drawings of others: layers of two put together, on a canvas of another size, and none at all."""
+"""Combine drawings: concatenate layers, replace outlines, scale the canvas; the empty drawing."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def outlines_of(drawing: Drawing) -> list[list[FloatArray]]:
 
 
 def with_outlines(drawing: Drawing, outlines: Sequence[Sequence[FloatArray]], **fields: Any) -> Drawing:
-    """Return a drawing whose layers have other outlines, the subpaths (m, 3, 2) of each, and other `fields`.
+    """Replace the outlines of a drawing's layers by subpaths (m, 3, 2), and other `fields`.
 
     Filled layers may get more or fewer subpaths; which lines of strokes are open stays as it is.
     """

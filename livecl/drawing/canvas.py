@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the layers of drawings lie on their canvases."""
+"""Bounding boxes of layers, and checks of canvases."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def layer_boxes(drawing: Drawing) -> NDArray[np.float64]:
-    """Return (x_min, y_min, x_max, y_max) of each layer's control points, which hold its outline: (N, 4), px."""
+    """Return the bounding box (x_min, y_min, x_max, y_max) of each layer's control points: (N, 4), px."""
     if not drawing.num_layers:
         return np.zeros((0, 4))
     starts, points = 3 * drawing.segment_offsets[:-1], drawing.points.reshape(-1, 2)

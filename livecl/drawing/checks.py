@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments of a `Drawing` checked: each is refused by its name, and none is cast to something else in silence."""
+"""Checks of the arguments of a `Drawing`: errors name the argument, and no value is converted silently."""
 
 from __future__ import annotations
 

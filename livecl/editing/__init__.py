@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Editable outlines: few nodes, smooth joins, straight sides, circles, ellipses and rectangles."""
+"""Editable outlines: few nodes, smooth joins, straight sides, circles, ellipses, rectangles, few colours, cut-outs."""
 
 import lazy_loader
 

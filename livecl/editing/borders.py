@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Explain an outline around a fill as the fill's own stroke, where that is the cheaper description.
+"""Merge a shape and the ring around it into one outline with a fill and a stroke, if that is cheaper.
 
-A shape with an outline is found as two shapes, a larger one beneath a smaller one. Where what is seen of the larger one
-is a ring of even width, both are one outline, in the middle of the ring, with a fill and a stroke. Each number that
-this saves may cost some error, as everywhere (`SEGMENT_ERROR`, of six numbers).
+A shape with an outline is found as two shapes, a larger one beneath a smaller one. If the visible part of the larger
+one is a ring of even width, both become one outline, along the middle of the ring, with a fill and a stroke. Each
+number that this saves may cost some error, as everywhere (`SEGMENT_ERROR`, of six numbers).
 """
 
 from __future__ import annotations
@@ -36,31 +36,31 @@ FloatArray = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class RingRules:
-    """What counts as a ring of even width around a shape.
+    """Thresholds that define a ring of even width around a shape.
 
     Values: chosen by hand; with them, and no others, the drawings of docs/strokes.md, "Outlines around fills", were
     measured.
     """
 
-    along: float = 1.5  # steps, px, along an outline at which the ring beside it is looked at
-    step: float = 0.25  # steps, px, away from it
-    edge: float = 1.5  # distance, px, within which an edge blurs what is seen
-    seen: float = 0.5  # share of a pixel that is seen of a ring, at least
-    shown: float = 0.5  # share of the outline beside which the ring is seen, at least
-    even: float = 0.75  # share of that where its width is the usual one, at least
-    slack: float = 0.5  # how far a width may be from the usual one, px ...
+    along: float = 1.5  # sampling step, px, along an outline
+    step: float = 0.25  # sampling step, px, across the ring
+    edge: float = 1.5  # distance, px, within which an edge blurs the visible part
+    seen: float = 0.5  # least visible share of a pixel of a ring
+    shown: float = 0.5  # least share of the outline beside which the ring is visible
+    even: float = 0.75  # least share of that with the usual width
+    slack: float = 0.5  # largest deviation from the usual width, px ...
     share: float = 0.15  # ... or as a share of it
-    widest: float = 0.12  # of rings, in shorter sides of the picture
+    widest: float = 0.12  # largest width, as a share of the picture's shorter side
     blunt: tuple[float, ...] = (0.0, 0.4)  # lengths, in widths, of segments left out in turn: ends of cut-off corners
-    hope: float = 0.02  # share of the error that strokes add at first which training leaves, at least
-    inside: float = 0.97  # share of a layer's area within another one that makes it lie inside
+    hope: float = 0.02  # least share of the error added by strokes that remains after training
+    inside: float = 0.97  # share of a layer's area within another one from which it counts as inside
 
 
 RINGS = RingRules()
 
 
 def bordered(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> tuple[Drawing, NDArray[np.intp]]:
-    """Return a drawing in which outlines around fills are strokes, and which layer given each of its layers is of.
+    """Turn rings around fills into strokes; return the drawing and the source of each of its layers.
 
     Parameters
     ----------
@@ -86,9 +86,9 @@ def bordered(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> tup
 def _with_strokes(
     context: Context, drawing: Drawing, ring: int, free: NDArray[np.bool_]
 ) -> tuple[Drawing, NDArray[np.intp]] | None:
-    """Return a drawing in which a layer is the stroke of those that lie in it, and the layer that each of its was.
+    """Make a layer the stroke of the layers inside it; return the drawing and each layer's source.
 
-    None where it is not, or costs more.
+    None if the layer is no such ring, or if the result costs more.
     """
     plain = free & (drawing.strokes.widths == 0) & (drawing.colors[:, 3] == 1)
     plain[border_pairs(drawing)] = False
@@ -125,9 +125,9 @@ def _with_strokes(
 
 
 def _ring_width(drawing: Drawing, layer: int, seen: FloatArray, inside: FloatArray) -> float | None:
-    """Return the usual width, px, of a ring around a layer, by the share seen of it in each pixel; None if uneven.
+    """Return the usual width, px, of a ring around a layer, given its visible share (H, W); None if uneven.
 
-    It is what is seen of the ring along the normals of the layer's outline.
+    The width is that of the ring's visible part along the normals of the layer's outline.
     """
     cubics = np.concatenate([drawing.cubics[rows] for rows in drawing.subpaths(layer)])
     places, normals = _samples(cubics)
@@ -152,7 +152,7 @@ def _ring_width(drawing: Drawing, layer: int, seen: FloatArray, inside: FloatArr
 
 
 def _samples(cubics: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return points (P, 2) along cubics (m, 4, 2) at even steps, nearly, and the unit normals there."""
+    """Sample cubics (m, 4, 2) at nearly even steps: points (P, 2), and the unit normals there."""
     lengths = np.abs(np.diff(cubics, axis=1)).sum(axis=(1, 2))
     counts = np.maximum(1, np.rint(lengths / RINGS.along).astype(np.int64))
     rows = np.repeat(np.arange(len(cubics)), counts)
@@ -164,7 +164,7 @@ def _samples(cubics: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _at(image: FloatArray, places: FloatArray) -> FloatArray:
-    """Return a picture (H, W) at places (..., 2), px; its border goes on beyond it."""
+    """Interpolate a picture (H, W) at places (..., 2), px, extended beyond its border."""
     found = ndimage.map_coordinates(image, places.reshape(-1, 2).T[::-1] - 0.5, order=1, mode="nearest")
     return np.asarray(found).reshape(places.shape[:-1])
 
@@ -215,7 +215,7 @@ def _between(inner: FloatArray, outer: FloatArray) -> FloatArray | None:
 def _stroked(
     drawing: Drawing, ring: int, outlines: dict[int, Outline], widths: dict[int, float], join: int
 ) -> tuple[Drawing, NDArray[np.intp]]:
-    """Return a drawing without a layer, whose colour others are stroked with, and the layer that each of its was."""
+    """Return a drawing without a layer, whose colour becomes the stroke of others, and each layer's source."""
     order = [
         number
         for layer in range(drawing.num_layers)

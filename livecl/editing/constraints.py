@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an edited outline must stay under training: lines, level and plumb, smooth joins, circles, ellipses, rectangles.
+"""Constraints on edited outlines in training: lines, level and plumb sides, smooth joins, circles, rectangles.
 
-All of it is read off the outlines themselves: a drawing that has lines keeps them.
+All are derived from the outlines themselves: a drawing that has lines keeps them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer]
 BoolArray = NDArray[np.bool_]
 
-#: Length of a handle, px, from which on it is a join.
+#: Length of a handle, px, from which it makes a join.
 SHORT = 1e-3
 
 _TURN = re.compile(r"rotate\((\S+)")
@@ -31,9 +31,9 @@ _TURN = re.compile(r"rotate\((\S+)")
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Slack:
-    """How far an outline may be from what it is taken for."""
+    """Tolerances within which an outline counts as straight, level, plumb or smooth."""
 
-    #: Largest distance of a line's handles from it, px, and from its thirds along it, in its length.
+    #: Largest distance of a line's handles from the line, px, and from its thirds, as a share of its length.
     straight: float
     along: float
     level: float  # largest height of a level line, and width of a plumb one, px
@@ -41,12 +41,12 @@ class Slack:
     turn: float  # sine up to which a join is smooth
 
 
-#: What is exact but for rounding.
+#: Exact except for rounding.
 EXACT = Slack(straight=1e-6, along=1e-6, level=1e-6, tilt=1e-3, turn=1e-4)
 
 
 class Joins:
-    """Lines, level and plumb ones, and smooth joins of closed outlines.
+    """Straight, level and plumb segments, and smooth joins of closed outlines.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ class Joins:
         return into, np.where(line_out, points[self._next, 0] - points[:, 0], points[:, 1] - points[:, 0])
 
     def directions(self, points: FloatArray) -> FloatArray:
-        """Return the unit direction of travel at each smooth anchor of points (M, 3, 2): (M, 2)."""
+        """Return the unit tangent at each smooth anchor of points (M, 3, 2): (M, 2)."""
         into, out = self._steps(points)
         along = np.where(self.lines[self._before, None], into, into + out)
         along = np.where(self.lines[:, None], out, along)
@@ -112,7 +112,7 @@ class Joins:
         return np.asarray(along / np.maximum(np.hypot(*along.T), 1e-12)[:, None])
 
     def hold(self, points: FloatArray) -> None:
-        """Move points (M, 3, 2) to where lines are lines and smooth joins smooth."""
+        """Project points (M, 3, 2) onto straight lines and smooth joins."""
         share_levels(points[:, 0], self.level)
         into, out = self._steps(points)
         along = self.directions(points)
@@ -128,7 +128,7 @@ class Joins:
 
 
 class Constraints:
-    """Coordinates of a drawing's points that keep its lines, joins and shapes whatever they are.
+    """Free coordinates of a drawing's points under which lines, joins and shapes are kept.
 
     They are anchors, of which level and plumb lines share one coordinate; from each anchor, the two handles, which at a
     smooth join are two lengths along one direction, which turns; and position and size of shapes. Handles of lines, and
@@ -186,7 +186,7 @@ class Constraints:
         return turned, lengths
 
     def points(self, coordinates: FloatArray) -> FloatArray:
-        """Return the points (M, 3, 2) of coordinates (M, 3, 2), px."""
+        """Compute the points (M, 3, 2) from coordinates (M, 3, 2), px."""
         anchors, out, back = np.moveaxis(coordinates, 1, 0)
         ways, _ = self._directions(coordinates)
         smooth = self._smooth[:, None]
@@ -237,14 +237,14 @@ class Constraints:
 
 
 def share_levels(anchors: FloatArray, level: list[list[IntArray]]) -> None:
-    """Give coordinates of anchors (M, 2) that level and plumb lines (:attr:`Joins.level`) share their mean."""
+    """Average the coordinates of anchors (M, 2) shared by level and plumb lines (:attr:`Joins.level`)."""
     for axis, groups in enumerate(level):
         for members in groups:
             anchors[members, axis] = anchors[members, axis].mean()
 
 
 def _turned(vectors: FloatArray) -> FloatArray:
-    """Return vectors (n, 2) turned by a right angle."""
+    """Rotate vectors (n, 2) by a right angle."""
     return np.stack([-vectors[:, 1], vectors[:, 0]], axis=1)
 
 

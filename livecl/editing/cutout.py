@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layers that do not overlap, for cutters and print: each is cut by those above it, but for a small trap.
+"""Cut-outs: layers that do not overlap, for cutters and print, each cut by those above it up to a small trap.
 
 The curves are cut where they cross (Skia's path operations), so that the visible part of an outline stays its curve.
 A trap, in print, is the strip of a layer below its neighbour, so that no paper shows where two colours meet.
@@ -23,28 +23,28 @@ from livecl.geometry.polylines import lengths_along
 
 FloatArray = NDArray[np.float64]
 
-#: Trap where none is asked for, px; area that cutting must take, and that a part must have to stay, px^2.
+#: Default trap, px; least area to cut off, and least area of a remaining part, px^2.
 DEFAULT_TRAP, LEAST_AREA = 0.5, 0.02
-#: Distance, px, that a cubic in place of two pieces of the hidden edge may have from them, and the cosine of the angle
-#: at which these may meet.
+#: Largest distance, px, of a cubic that replaces two pieces of the hidden edge, and least cosine of the angle between
+#: the two.
 MISS, SMOOTH = 0.05, 0.985
-#: Shortest segment, px, and points at which pieces are compared.
+#: Shortest segment, px; points at which pieces are compared.
 SHORTEST, SAMPLES = 0.01, 9
 
 _LOG = logging.getLogger(__name__)
 
 
 def check_cutout() -> None:
-    """Raise ValueError where the module that cuts is not installed."""
+    """Raise ValueError if the module for path operations is not installed."""
     if importlib.util.find_spec("pathops") is None:
         raise ValueError("layers: cutout needs skia-pathops: pip install 'livecl[cutout]'")
 
 
 def cut_out(drawing: Drawing, trap: float = DEFAULT_TRAP) -> Drawing:
-    """Return a drawing whose opaque layers do not overlap, but for a trap, and which looks the same.
+    """Cut a drawing's opaque layers so that they do not overlap, except for a trap, and look the same.
 
-    Layers keep the names of whole shapes; those that others hide wholly are left out. Translucent layers neither are
-    cut nor cut others. A stroke that is cut becomes a filled outline.
+    Layers keep the names of whole shapes; hidden layers are removed. Translucent layers neither are cut nor cut others.
+    A stroke that is cut becomes a filled outline.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def cut_out(drawing: Drawing, trap: float = DEFAULT_TRAP) -> Drawing:
 
 
 def _path(drawing: Drawing, layer: int) -> Any:
-    """Return a layer's area as a path of Skia's."""
+    """Convert a layer's area to a Skia path."""
     import pathops
 
     path, cubics, strokes = pathops.Path(fillType=pathops.FillType.WINDING), drawing.cubics, drawing.strokes
@@ -130,7 +130,7 @@ def _is_line(cubic: FloatArray) -> bool:
 
 
 def _cut(path: Any, above: Any, trap: float) -> list[FloatArray] | None:
-    """Return what paths above leave of one, as subpaths (m, 3, 2); None where they leave it whole."""
+    """Subtract the paths above from one; return subpaths (m, 3, 2), or None if nothing is cut off."""
     import pathops
 
     if abs(pathops.op(path, above, pathops.PathOp.INTERSECTION).area) <= LEAST_AREA:
@@ -152,7 +152,7 @@ def _cubics(subpath: FloatArray) -> FloatArray:
 
 
 def _subpaths(path: Any) -> list[FloatArray]:
-    """Return the closed subpaths (m, 3, 2) of a path, pieces of hidden edges joined to few cubics."""
+    """Return the closed subpaths (m, 3, 2) of a path, with pieces of hidden edges joined into few cubics."""
     found: list[FloatArray] = []
     for contour in path.contours:
         pieces: list[tuple[FloatArray, bool]] = []
@@ -197,7 +197,7 @@ def _with_joined_edges(pieces: list[tuple[FloatArray, bool]]) -> list[tuple[Floa
 
 
 def _one_cubic(first: FloatArray, second: FloatArray) -> FloatArray | None:
-    """Return the cubic (4, 2) in place of two that meet smoothly; None where it would miss them."""
+    """Fit one cubic (4, 2) to two that meet smoothly; None if it would deviate too far."""
     enter, leave = second[1] - second[0], first[3] - first[2]
     if enter @ leave < SMOOTH * np.hypot(*enter) * np.hypot(*leave):
         return None

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Editable outline: the description of least price that follows a traced outline.
+"""Fit an editable outline, the one of least description length, to a traced outline.
 
-Nodes stand at corners, extremes and where one segment does not do. Segments are lines or cubics, joins that are no
-corners are smooth, sides that are nearly level or plumb become so. Which nodes are best for a whole outline is found by
-dynamic programming over the places of the trace: the price of the numbers written and of the distance from the trace.
+Nodes lie at corners, at extremes and where one segment does not suffice. Segments are lines or cubics, joins other than
+corners are smooth, and nearly level or plumb sides become level or plumb. The nodes of a whole outline are optimized by
+dynamic programming over the candidate nodes of the trace: the price of the numbers written plus that of the distance
+from the trace.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ IntArray = NDArray[np.int64]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Fit(SegmentPrices):
-    """What a description costs, in numbers that SVG writes, and how far it may stray from what is seen."""
+    """Prices of an outline's numbers, as SVG writes them, and its tolerances to the trace."""
 
     line: float = 2.0
     curve: float = 6.0
@@ -35,36 +36,37 @@ class Fit(SegmentPrices):
     straight: float = 0.25
     tolerance: float = 0.25
     corner: float = 1.0  # numbers that a corner costs
-    #: Numbers that a smooth node saves, as a segment tells the direction of the next; twice as many at an extreme,
+    #: Numbers saved by a smooth node, as one segment gives the direction of the next; twice as many at an extreme,
     #: whose direction is known.
     smooth: float = 1.0
-    flat: float = 4.0  # numbers that a corner costs more if it hardly turns: nobody draws such ones
-    side: float = 3.0  # numbers that a curve costs more for each straight side that it takes in
-    level: float = 0.3  # largest distance, px, of a line that is made level or plumb
+    flat: float = 4.0  # extra cost of a corner that hardly turns: nobody draws such ones
+    side: float = 3.0  # extra cost of a curve for each straight side that it includes
+    level: float = 0.3  # largest deviation, px, of a line that is made level or plumb
 
 
-#: Largest angle, radians, of a line with the outline at its smooth ends, and with an axis where it is made level.
+#: Largest angle, radians, between a line and the outline at its smooth ends, and between a line and an axis for it to
+#: be made level.
 ALIGNED, TILT = 0.12, 0.06
-#: How far a corner may move to where its sides meet, px, and sine of the angle from which on they are taken to meet.
+#: Largest move, px, of a corner to the intersection of its sides; least sine of the angle between sides that intersect.
 APEX, MEETING = 1.2, 0.3
-#: Length at corners that their rounding takes, px, and how much samples there count.
+#: Length, px, at corners that is affected by their rounding; weight of the samples there.
 ROUNDING, ROUNDED = 1.25, 0.1
-#: Rounds of the handles' fit where nodes are chosen.
+#: Rounds of fitting the handles when nodes are chosen.
 ROUNDS = 2
-#: Share of a straight side from which on a curve takes it in.
+#: Share of a straight side from which a curve includes it.
 TAKEN = 0.5
-#: Longest run of one segment, as a share of the outline, that between smooth ends (half a circle is no cubic), and most
-#: pairs of places that are compared.
+#: Longest segment, as a share of the outline, and longest one between smooth ends (half a circle is no cubic); most
+#: pairs of candidate nodes compared.
 LONGEST, LONGEST_SMOOTH, MOST_PAIRS = 0.6, 0.4, 2500
 
 
 def editable_outline(trace: SampledOutline, fit: Fit) -> FloatArray | None:
-    """Return the closed path (s, 3, 2) of least price that follows a trace, px; None where none does."""
+    """Fit the closed path (s, 3, 2) of least price to a trace, px; None if none fits."""
     return editable_outlines(trace, [fit])[0]
 
 
 def editable_outlines(trace: SampledOutline, fits: Sequence[Fit]) -> list[FloatArray | None]:
-    """Return what :func:`editable_outline` does for each of several prices: segments are fitted once for all."""
+    """Fit paths as :func:`editable_outline` does, for several prices: segments are fitted once for all."""
     choice = _Choice(trace, *_places(trace))
     found: list[FloatArray | None] = []
     for fit in fits:
@@ -101,7 +103,7 @@ def _places(trace: SampledOutline) -> tuple[IntArray, NDArray[np.bool_]]:
 
 
 class _Choice:
-    """Chooses nodes among the places of a trace.
+    """Choice of nodes among the candidates of a trace.
 
     Parameters
     ----------
@@ -191,7 +193,7 @@ def _unrounded(
 
 
 class _Assembly:
-    """Puts the segments between chosen nodes together.
+    """Assembly of the segments between chosen nodes.
 
     Parameters
     ----------
@@ -291,6 +293,6 @@ class _Assembly:
 
 
 def _meeting(first: tuple[FloatArray, FloatArray], second: tuple[FloatArray, FloatArray]) -> FloatArray | None:
-    """Return where two lines (point, unit direction) meet; None where they are nearly parallel."""
+    """Return the intersection of two lines (point, unit direction); None if they are nearly parallel."""
     (p, u), (q, v) = first, second
     return None if abs(cross(u, v)) < MEETING else meeting_point(p, u, q, v)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Colours of layers: of a palette that is given, a few that are found, or equal ones where nobody sees a difference."""
+"""Palettes: quantize the colours of layers to a given palette or to few colours, or unify indistinguishable ones."""
 
 from __future__ import annotations
 
@@ -17,16 +17,17 @@ from livecl.layering.contributions import ShareArray, layer_alphas, visible_shar
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-#: CIEDE2000 difference under which two colours become one: about half of what most people notice.
+#: CIEDE2000 difference below which two colours become one: about half of the just noticeable difference.
 JUST_NOTICEABLE = 1.0
-#: Rounds of Lloyd's iteration, and of moving layers between clusters, at most; fall of the squared error that counts.
+#: Most rounds of Lloyd's iteration, and of moving layers between clusters; least relative decrease of the squared
+#: error.
 ROUNDS, LEAST_GAIN = 50, 1e-6
-#: Share of a pixel's colour that layers leave to the background from which on it is one of the colours.
+#: Share of a pixel's colour left to the background from which the background's colour is one of the palette.
 SHOWN = 0.5
 
 
 def with_few_colors(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Drawing:
-    """Return a drawing whose solid layers that are `free`, (N,), have the colours that the options ask for.
+    """Quantize the colours of the solid layers that are `free`, (N,), as the options ask.
 
     `Options.palette`: each the nearest of it. `Options.colors`: that many, of least squared error in the picture, the
     background's among them if a pixel shows it by half. Without either, with `Options.simplify`: layers of nearly the
@@ -92,7 +93,7 @@ class _Picture:
 
 
 def fewest(picture: _Picture, colors: FloatArray, fixed: FloatArray) -> FloatArray:
-    """Return the colours (n, 3) of layers, few of them, `fixed` (F, 3) among these, of least squared error.
+    """Quantize the colours (n, 3) of layers to few of least squared error, `fixed` (F, 3) among them.
 
     Clusters of the colours by visible area, then layers move from one cluster to another as long as the
     picture's error falls, the best colours of the clusters being those of least squares.
@@ -116,7 +117,7 @@ def fewest(picture: _Picture, colors: FloatArray, fixed: FloatArray) -> FloatArr
 
 
 def palette_of(text: str) -> FloatArray:
-    """Return the colours (K, 3) of a palette: CSS colours parted by commas.
+    """Parse the colours (K, 3) of a palette: CSS colours separated by commas.
 
     Raises ValueError if one is no opaque colour.
     """
@@ -124,7 +125,7 @@ def palette_of(text: str) -> FloatArray:
 
 
 def nearest_colors(colors: FloatArray, palette: FloatArray) -> FloatArray:
-    """Return the colour of a palette (K, 3) of least squared difference from each of some colours: (n, 3)."""
+    """Return the colour of a palette (K, 3) nearest to each of some colours: (n, 3)."""
     distances = np.square(colors[:, None] - palette[None]).sum(axis=2)
     return np.asarray(palette[np.argmin(distances, axis=1)])
 
@@ -162,7 +163,7 @@ def clustered(colors: FloatArray, weights: FloatArray, fixed: FloatArray, count:
 
 
 def without_twins(colors: FloatArray, areas: FloatArray) -> FloatArray:
-    """Return colours (n, 3), those that nobody tells apart being equal: the one of the largest area, (n,), stands."""
+    """Replace colours (n, 3) that nobody can tell apart by that of the largest area, (n,)."""
     from skimage.color import deltaE_ciede2000, rgb2lab
 
     rounded = np.round(colors * 255) / 255

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Short training of edited outlines that keeps their lines, smooth joins and shapes, and strokes around them."""
+"""Train edited outlines briefly, keeping their lines, smooth joins, shapes and borders."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from livecl.training.adam import Adam, settling
 from livecl.training.borders import Borders
 from livecl.training.step import MIN_WIDTH
 
-#: Steps, Adam's step at first, px, and share of it left at the end.
+#: Steps; Adam's first step, px, and the share of it left at the end.
 STEPS, RATE, LEFT = 60, 0.12, 0.1
-#: Share of the largest gradient under which the picture does not decide on a coordinate: it stays as it is.
+#: Share of the largest gradient below which a coordinate is undetermined by the picture, and stays.
 DECIDED = 2e-3
 
 
 def polished(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Drawing:
-    """Return a drawing with the points of the layers that are `free`, (N,), trained under their constraints.
+    """Train the points of the layers that are `free`, (N,), under their constraints.
 
     Strokes around free fills follow them, and their widths are trained; other strokes stay as they are.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Circles, ellipses and rectangles fitted to the visible part of a traced outline, by least squares of distances."""
+"""Fit circles, ellipses and rectangles to the visible part of a traced outline, by least squares."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ FloatArray = NDArray[np.float64]
 #: corners are rounded in a trace; and largest. Of the 90 shapes of drawings with a known one it is .05 at most, of
 #: outlines that are nearly shapes .063 and more.
 ROOT_MEAN_SQUARE, NEAREST, FARTHEST = 0.06, 0.9, 0.75
-#: Weight from which a sample counts as seen. Least standard deviation of seen samples across a shape, px, and their
-#: distance along it from which on they deviate on their own, px; and largest standard deviation of a shape's outline
-#: that follows from it, px: what is seen must tell where the rest of it is.
+#: Weight from which a sample counts as visible. Least standard deviation of visible samples across a shape, px;
+#: distance along it from which their deviations are independent, px; largest resulting standard deviation of the
+#: shape's outline, px: the visible part must determine the rest.
 SEEN, NOISE, ALIKE, KNOWN = 0.5, 0.05, 2.0, 0.2
-#: Radius up to which corners count as sharp, px, and Gauss-Newton steps.
+#: Radius up to which corners count as sharp, px; Gauss-Newton steps.
 SHARP, STEPS = 1.5, 8
-#: Fall of the squared distances by a step, as a share, up to which it is the last.
+#: Relative decrease of the squared distances at or below which a step is the last.
 CONVERGED = 1e-4
 
 
@@ -36,7 +36,7 @@ Distances: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 
 @dataclasses.dataclass(frozen=True)
 class _Candidate:
-    """A shape fitted to seen samples: half its size, their distances from it, and its standard deviation, px."""
+    """A shape fitted to visible samples: half its size, their distances from it, its standard deviation, px."""
 
     shape: Primitive | None
     size: float
@@ -44,7 +44,7 @@ class _Candidate:
     deviation: float
 
     def fits(self) -> bool:
-        """Whether the shape is near enough to the samples, and these tell where it is."""
+        """Whether the shape is near enough to the samples, and determined by them."""
         if not (np.isfinite(self.distances).all() and self.size > 0):
             return False
         squares = np.sort(self.distances**2)[: int(NEAREST * len(self.distances))]
@@ -56,7 +56,7 @@ class _Candidate:
 
 
 def fitted_shapes(trace: SampledOutline) -> list[Primitive]:
-    """Return shapes that match the visible part of an outline, the one of fewest numbers first."""
+    """Fit shapes to the visible part of an outline; return those that match, fewest numbers first."""
     seen = trace.points[trace.weights >= SEEN]
     if len(seen) < 12:
         return []
@@ -150,7 +150,7 @@ def _from_rectangle(shape: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _circle_start(points: FloatArray) -> FloatArray:
-    """Return the circle of least algebraic distance (I. Kasa, 1976)."""
+    """Fit the circle of least algebraic distance (I. Kasa, 1976)."""
     center = points.mean(axis=0)
     rest = points - center
     matrix = np.concatenate([rest, np.ones((len(rest), 1))], axis=1)
@@ -174,7 +174,7 @@ def _slopes(measure: Distances, form: FloatArray, points: FloatArray, rest: Floa
 
 
 def _refined(distances: Distances, shape: FloatArray, points: FloatArray) -> FloatArray:
-    """Return a shape of least squared distances near another, by damped Gauss-Newton steps."""
+    """Refine a shape to least squared distances by damped Gauss-Newton steps."""
     rest = distances(shape, points)
     damping = 1e-3
     for _ in range(STEPS):

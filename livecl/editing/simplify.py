@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Last step of a run: each layer's outline is described as an editor would have it, where that pays.
+"""Make outlines editable, the last step of a run: describe each with few nodes or as a shape, where that pays.
 
-A description is paid for by its numbers, as SVG writes them, and by the squared error that it adds to the picture. The
-cheapest is taken: the outline as it is, one with few nodes, or a circle, an ellipse or a rectangle.
+A description costs its numbers, as SVG writes them, plus the squared error that it adds to the picture. The cheapest is
+chosen: the present outline, one with few nodes, or a circle, an ellipse or a rectangle.
 """
 
 from __future__ import annotations
@@ -38,27 +38,27 @@ from livecl.svg.primitives import Primitive, primitive_of
 
 FloatArray = NDArray[np.float64]
 
-#: Least squared error that a number is worth, as a segment has six; and share of the error that a description adds
-#: which training leaves of it.
+#: Least squared error that a number is worth (a segment has six); share of the error added by a description that
+#: remains after training.
 NUMBER_ERROR, LEFT = SEGMENT_ERROR / 36, 0.15
-#: Alphas between which a layer's pixel lies on its edge, and the median of a square by its mean (normal distribution).
+#: Range of alpha of a layer's edge pixels; median over mean of a squared normal variable.
 EDGE, MEDIAN_SQUARE = (0.02, 0.98), 0.455
-#: Fits that are tried, from coarse to fine.
+#: Fits tried, from coarse to fine.
 FITS = (Fit(), Fit(tolerance=0.2, straight=0.15, straying=12.0))
-#: Weight of samples that layers above hide, and transmittance up to which they do.
+#: Weight of samples hidden by layers above; largest transmittance of a hidden sample.
 HIDDEN_WEIGHT, HIDDEN = 0.25, 0.6
-#: Most subpaths of a layer that are described one by one; more are all described in one way.
+#: Most subpaths of a layer that are described individually; more are all described in one way.
 MOST_APART = 24
 #: Sine of its turn from which on a corner costs no more than others.
 FLAT = 0.5
-#: Decimals that numbers are counted with.
+#: Decimals at which numbers are counted.
 PRECISION = 3
 
 _NUMBER = re.compile(NUMBER)
 
 
 def editable(context: Context, drawing: Drawing, free: NDArray[np.bool_]) -> Drawing:
-    """Return a drawing with the layers that are `free`, (N,), described as editors would have them, where that pays.
+    """Make the outlines of the layers that are `free`, (N,), editable where that pays.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def _same(a: Outline, b: Outline) -> bool:
 
 
 class _Paints:
-    """Colours and opacities of a drawing's layers at its pixels, which do not change when outlines do."""
+    """Colours and opacities of a drawing's layers at its pixels, independent of their outlines."""
 
     def __init__(self, drawing: Drawing) -> None:
         self.ground, self.colors = composited_colors(drawing)
@@ -176,18 +176,18 @@ class _Editor:
         self.number_errors = [max(NUMBER_ERROR, 2 * float(noise)) for noise in noises]
 
     def advance(self, layer: int) -> None:
-        """Go on to the layer above."""
+        """Continue with the layer above."""
         self._below = over(self._below, self._alphas[layer], self._colors[layer].astype(np.float32))
 
     def best(self, layer: int, outline: Outline) -> Outline:
-        """Return the outline of least price for a layer, and take it into the picture."""
+        """Return the outline of least price for a layer, and composite it."""
         every = list(range(len(outline)))
         for members in [every] if len(outline) > MOST_APART else [[k] for k in every]:
             outline = self.cheapest(layer, [outline, *self._descriptions(layer, outline, members)])
         return outline
 
     def cheapest(self, layer: int, found: list[Outline]) -> Outline:
-        """Return the cheapest of the outlines found for a layer, the first being its present one."""
+        """Return the cheapest of several outlines for a layer, the first being its present one."""
         if len(found) == 1:
             return found[0]
         drawing, present = self._drawing, self._alphas[layer]
@@ -232,7 +232,7 @@ class _Editor:
         return found
 
     def _trace(self, layer: int, subpath: FloatArray) -> SampledOutline | None:
-        """Return the trace of a subpath, its hidden parts weighing less."""
+        """Return the trace of a subpath, with less weight on its hidden parts."""
         traced = sampled(_closed(subpath))
         if traced is not None:
             height, width = self._drawing.size
@@ -244,7 +244,7 @@ class _Editor:
 
 
 def price_of(outline: Outline) -> float:
-    """Return what an outline costs to describe, in numbers: those that SVG writes, more where joins bend curves."""
+    """Return the description length of an outline in numbers: those that SVG writes, more where joins bend curves."""
     shape = _shape_of(outline)
     return float(_numbers_of_shape(shape)) if shape else sum(_price_of(subpath.tobytes()) for subpath in outline)
 
@@ -271,7 +271,7 @@ def _tidied(data: bytes, fit: Fit) -> FloatArray:
 
 
 def numbers_of(outline: Outline) -> int:
-    """Return how many numbers SVG writes for an outline."""
+    """Count the numbers that SVG writes for an outline."""
     shape = _shape_of(outline)
     return _numbers_of_shape(shape) if shape else sum(map(_numbers_of, outline))
 

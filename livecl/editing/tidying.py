@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tidied outline: the nodes that it has, nearly straight segments made lines, and nearly smooth joins smooth."""
+"""Tidy an outline, keeping its nodes: make nearly straight segments lines, and nearly smooth joins smooth."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from livecl.geometry.least_path import SAMPLES, SHARES, Tangents, fit_curves
 
 FloatArray = NDArray[np.float64]
 
-#: What is taken for lines and smooth joins.
+#: Tolerances within which segments become lines and joins smooth.
 NEARLY = Slack(straight=0.33, along=1 / 3, level=0.3, tilt=0.06, turn=0.4)
 
 
 def tidied(subpath: FloatArray, tolerance: float) -> FloatArray:
-    """Return a closed subpath (m, 3, 2) with lines and smooth joins where it nearly has them.
+    """Tidy a closed subpath (m, 3, 2): make nearly straight segments lines, and nearly smooth joins smooth.
 
     Anchors between two lines that are nearly one are left out. Curves beside smooth joins are fitted to what they were;
     joins at which that would move them by more than a tolerance, px, stay as they are.
@@ -49,7 +49,7 @@ def tidied(subpath: FloatArray, tolerance: float) -> FloatArray:
 
 
 def _without_bends(subpath: FloatArray) -> FloatArray:
-    """Return a closed subpath without the anchors between two lines that are nearly one."""
+    """Remove the anchors between nearly collinear lines from a closed subpath."""
     while len(subpath) > 2:
         lines = _joins_of(subpath).lines
         before, after = np.roll(subpath[:, 0], 1, axis=0), np.roll(subpath[:, 0], -1, axis=0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`SampledOutline`: a closed outline at equal steps of length; its corners, and places where a node may stand."""
+"""`SampledOutline`: a closed outline resampled by arc length, with its corners and candidate nodes."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from livecl.geometry.polylines import lengths_along, points_at, unit
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Distance of samples, px; fewest and most of them.
+#: Sampling step, px; fewest and most samples.
 STEP, LEAST, MOST = 0.5, 48, 4000
-#: Reach of the two chords whose angle is the turning at a sample, px, and as a share of the length at most.
+#: Length, px, of the two chords whose angle is the turning at a sample; largest share of the outline's length.
 REACH, SHARE = 1.5, 1 / 24
-#: Least turning of a corner, radians; that of one which is a node in any case.
+#: Least turning, radians, of a corner, and of a corner that is a node in any case.
 TURNING, SURE = 0.4, 0.6
-#: Standard deviation, px, of the Gaussian that evens out an outline's wiggles, and more of it to find corners.
+#: Standard deviation, px, of the Gaussian that smooths an outline, and of the stronger one used to find corners.
 EVENED, CORNERS_EVENED = 0.35, 0.6
 #: An extreme is farther out than the samples at this distance, px, by so much, px.
 BEND_REACH, BENT = 3.0, 0.04
-#: Most places for nodes, beside corners, anchors and extremes, and their distance, px.
+#: Most candidate nodes beside corners, anchors and extremes; their spacing, px.
 PLACES, SPACING = 40, 2.0
 #: Shortest straight side, px; reach of the chord whose sagitta tells a bend, px, and largest sagitta, and largest
 #: distance of a side from its chord, px.
@@ -33,11 +33,11 @@ SHORTEST_SIDE, SIDE_REACH, SAGITTA, STRAIGHT = 5.0, 2.0, 0.03, 0.05
 
 @dataclasses.dataclass(frozen=True)
 class SampledOutline:
-    """A closed outline at equal steps of length."""
+    """A closed outline resampled by arc length."""
 
     points: FloatArray  # (P, 2), samples, px
-    step: float  # their distance along the outline, px
-    weights: FloatArray  # (P,), how much each counts: 1 where it is seen
+    step: float  # sampling step along the outline, px
+    weights: FloatArray  # (P,), weights of the samples: 1 where visible
     corners: IntArray  # (K,), samples at which the outline may have a corner, rising
     turning: FloatArray  # (K,), by how much it turns there, radians
     places: IntArray  # (Q,), samples at which a smooth node may stand, rising
@@ -58,7 +58,7 @@ class SampledOutline:
 
 
 def sampled(cubics: FloatArray) -> SampledOutline | None:
-    """Sample a closed outline of cubics (m, 4, 2) at equal steps; None where it is too short to have a shape."""
+    """Resample a closed outline of cubics (m, 4, 2) by arc length; None if it is too short to have a shape."""
     polygon = bezier.flatten(cubics, 0.002)
     corners, counts = polygon.corners, polygon.counts
     closed = np.concatenate([corners, corners[:1]])
@@ -85,7 +85,7 @@ def sampled(cubics: FloatArray) -> SampledOutline | None:
 
 
 def _evened(points: FloatArray, deviation: float) -> FloatArray:
-    """Return a closed trace under a Gaussian of a standard deviation in samples: (P, 2)."""
+    """Smooth a closed trace by a Gaussian with a standard deviation in samples: (P, 2)."""
     frequency = 2 * np.pi * np.fft.rfftfreq(len(points))
     spectrum = np.fft.rfft(points, axis=0) * np.exp(-0.5 * (deviation * frequency) ** 2)[:, None]
     return np.asarray(np.fft.irfft(spectrum, len(points), axis=0))
@@ -99,7 +99,7 @@ def turning(points: FloatArray, reach: int) -> FloatArray:
 
 
 def _corners(points: FloatArray, step: float) -> tuple[IntArray, FloatArray]:
-    """Return the samples that turn most within their reach, and by how much, radians."""
+    """Return the samples of locally largest turning, and their turning, radians."""
     reach = max(1, round(min(REACH, SHARE * step * len(points)) / step))
     angles = np.abs(turning(points, reach))
     corner = angles > TURNING

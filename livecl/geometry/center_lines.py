@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Vertices closer than this to the one before have no direction of their own, px.
+#: Distance, px, from the preceding vertex below which a vertex has no direction of its own.
 MIN_LENGTH = 1e-6
 
 

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from livecl import interruption
 from livecl.geometry import bezier
 
-#: Largest distance between the outline and the lines that stand for it, px.
+#: Flattening tolerance, px.
 FLATTENING = 0.01
 #: Area px^2 of other winding up to which an outline does not count as crossing itself: that of a loop 0.03 px wide.
 #: Strands that touch along 2 px or more can reach it by rounding to three decimals, and then count as crossing.

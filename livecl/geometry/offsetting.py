@@ -15,9 +15,9 @@ from livecl.geometry.bezier import cross, meeting_point, signed_area
 
 FloatArray = NDArray[np.float64]
 
-#: Area, px^2, of an outline that is nothing.
+#: Area, px^2, below which an outline is empty.
 SMALL = 1e-6
-#: Least 1 + n_1 . n_2 of a corner that gets a miter.
+#: Least 1 + n_1 . n_2 of a mitred corner.
 SHARPEST = 0.1
 
 

@@ -19,8 +19,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: Candidate places: spacing along the outline, px, and turning between two, radians; px that they are
-#: apart at least; most between two corners.
+#: Candidate nodes: largest spacing along the outline, px, and turning, radians; least spacing, px; most of them between
+#: two corners.
 PLACE_LENGTH, PLACE_TURN, LEAST_SPACING, MOST_PLACES = 12.0, 0.2, 2.0, 56
 
 

@@ -18,7 +18,8 @@ from scipy import ndimage
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Cosine between the directions of two branches, both away from a junction, up to which they are one line: 140 degrees.
+#: Largest cosine between the directions of two branches, both pointing away from a junction, that form one line: 140
+#: degrees.
 MAX_COSINE = -0.77
 #: Spurs: lengths in half widths up to which a branch is one, whatever it is like, and if it ends in a corner, where the
 #: distance to the border falls below these shares of the half width, at its end and in its middle.
