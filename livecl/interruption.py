@@ -11,11 +11,11 @@ _asked: ContextVar[Callable[[], None] | None] = ContextVar("asked", default=None
 
 
 def check() -> None:
-    """Raise what ends the computation under way, if it is to end.
+    """Stop the running computation by an exception, if it was interrupted.
 
-    Whatever may take a tenth of a second calls this between its pieces, from wherever it is: within
-    :func:`interruptible` it calls what was given there, elsewhere it does nothing. What it raises leaves nothing behind
-    that is half done: callers change their state when they have all of a new one.
+    Any work that may take a tenth of a second calls this between its pieces. Inside :func:`interruptible` it calls the
+    given function, elsewhere it does nothing. Its exceptions leave nothing half done: callers change their state only
+    once they have a complete new one.
     """
     asked = _asked.get()
     if asked is not None:

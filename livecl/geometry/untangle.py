@@ -72,10 +72,10 @@ def untangle(outlines: Sequence[FloatArray], largest: float = np.inf) -> list[Fl
 
 
 def parted(outline: FloatArray) -> list[FloatArray]:
-    """Return the closed outlines (s, 4, 2) that an outline (n, 4, 2) falls into at its crossings.
+    """Split an outline (n, 4, 2) at its crossings into closed outlines (s, 4, 2).
 
-    None crosses itself, but for what is left after `MAX_CROSSINGS`. Together they wind around each point as often as
-    it does: nothing that is filled changes.
+    None of them crosses itself, except for crossings beyond `MAX_CROSSINGS`. Their winding numbers add up to the
+    outline's: the filled area does not change.
     """
     whole, left = [], [outline]
     for _ in range(MAX_CROSSINGS):

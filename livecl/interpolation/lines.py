@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 
 #: Steps of equal length along a line at which two lines are compared; a closed one may be cut at each of them.
 STEPS = 16
-#: Length, px, of what is left of a line without a partner: enough for its caps to know their direction.
+#: Length, px, to which a line without a partner shrinks: long enough for its caps to have a direction.
 SPECK = 0.01
 #: Difference, in shares of the length, from which on two nodes are better off alone than together: half of it.
 ALONE = 0.05

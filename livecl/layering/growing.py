@@ -82,7 +82,7 @@ def _moves(pairs: IntArray, area: FloatArray, means: FloatArray, most: float) ->
     cost = area[one] * area[other] / (area[one] + area[other]) * np.square(means[one] - means[other]).sum(axis=1)
     order = np.argsort(-cost, kind="stable")
     best = np.full(len(area), -1)
-    best[pairs[order].ravel()] = np.repeat(order, 2)  # what is written last is the cheapest
+    best[pairs[order].ravel()] = np.repeat(order, 2)  # the last one written is the cheapest
     small, large = np.where(area[one] <= area[other], (one, other), (other, one))
     wanted = (best[small] == np.arange(len(cost))) & (cost < most)
     moves = np.zeros(len(area), bool)

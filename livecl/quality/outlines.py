@@ -69,8 +69,8 @@ class OutlineScores:
     level, level_exact : int
         Sides of these that are level or plumb in the true drawing and lines in ours, and those that are exactly so.
     edge, edge_missed, displacement : float
-        Length of the true outlines shown, px; of them, what is farther than a pixel from ours; and the mean distance of
-        the rest from ours, px, 0 without such.
+        Length of the visible true outlines, px; the part of it farther than a pixel from ours; and the mean distance of
+        the rest from ours, px, 0 if there is none.
     """
 
     shapes: int

@@ -42,8 +42,8 @@ class Finisher:
     def finished(self, result: Result, *, groups: bool, trap: float | None) -> Result:
         """Return a result on the picture's canvas, its errors measured again where its drawings differ from the run's.
 
-        The last drawing is grouped by containment, if it is to be, and its layers are cut, with a trap in px of the
-        picture; None leaves them whole.
+        With `groups`, the last drawing is grouped by containment. With a `trap`, px of the picture, its layers are cut
+        so as not to overlap by more; None leaves them whole.
         """
         *earlier, last = [self._enlarged(stage) for stage in result.stages]
         drawing = last.drawing

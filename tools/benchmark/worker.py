@@ -158,7 +158,7 @@ class Worker:
         return {"parts": parts | self.outputs_ms()}
 
     def warm_up(self) -> None:
-        """Run small pictures, one flat and one not: what is needed is imported and compiled then."""
+        """Run small pictures, one flat and one not: imports and compilation happen then."""
         import livecl
         from benchmark.scenes import warm_up_pictures
         from livecl.options import PRESETS

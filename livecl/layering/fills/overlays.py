@@ -153,7 +153,7 @@ def _overlay(
     far = np.abs(missing).max(axis=1) > OVERLAYS.missed
     if far.sum() < 12:
         return None
-    if color is None:  # as far as colours go from what lies below, through what is wanted
+    if color is None:  # extrapolated from the colour below through the wanted one to the gamut's border
         start, step = under[far].mean(axis=0), missing[far].mean(axis=0)
         room = np.where(step > 0, 1 - start, start) / np.maximum(np.abs(step), 1e-9)
         color = start + step * room.min()

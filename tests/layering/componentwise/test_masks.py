@@ -9,7 +9,7 @@ from livecl.layering.componentwise.masks import connected_part, convex_hull, fil
 
 
 def test_holes_and_what_they_fill_are_those_of_scipy():
-    """Of random masks: a hole is closed by its sides, not its corners; what is filled is the region and its holes."""
+    """Of random masks: a hole is closed by its sides, not its corners; a filled region is the region and its holes."""
     rng = np.random.default_rng(0)
     for share in (0.4, 0.6, 0.8):
         for _ in range(40):

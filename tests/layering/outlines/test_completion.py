@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Amodal completion of single outlines, by known shapes: what is closed, joined, cut into a ring, and trapped."""
+"""Amodal completion of single outlines, by known shapes: gaps closed, parts joined, a ring cut, trapping."""
 
 from __future__ import annotations
 
