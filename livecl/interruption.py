@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Interruption: long computations ask, several times a second, whether they are to go on."""
+"""Interruption of long computations: `check()`, called several times a second, raises to stop the work."""
 
 from __future__ import annotations
 

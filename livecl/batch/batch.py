@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Batches: pictures in, a folder of SVGs out, over the cores of this machine or the workers of a cluster."""
+"""Batches: vectorize many pictures into a folder of SVGs, on this machine's cores or on a cluster's workers."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Batch:
             check_scheduler(self._workers.scheduler)
 
     def run(self, on_outcome: Callable[[Outcome], None] | None = None) -> list[Outcome]:
-        """Do the work; see :func:`vectorize_files`."""
+        """Vectorize the pictures; see :func:`vectorize_files`."""
         outcomes: dict[int, Outcome] = {}
         digests: dict[int, str] = {}
 

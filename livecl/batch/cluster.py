@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The workers of a Dask cluster: pictures travel to them as bytes, SVGs come back as text.
+"""Dask clusters: send pictures to the workers as bytes, receive SVGs as text.
 
 Dask gives the pictures of a worker that is lost to others, and gives one up that has cost several workers their life.
 Its package is the extra ``cluster``.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several pictures: their batch, its progress and its summary."""
+"""Vectorize several pictures on the command line: their batch, its progress and its summary."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One picture: its run, its outputs, and the summary, however the run ended."""
+"""Vectorize one picture on the command line: its run, its outputs, and a summary however the run ended."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Progress bars on standard error, off where that is no terminal; the course of a run in the log."""
+"""Progress bars on standard error, disabled where that is no terminal; the course of a run in the log."""
 
 from __future__ import annotations
 

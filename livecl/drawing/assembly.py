@@ -92,7 +92,7 @@ def empty_drawing(size: tuple[int, int], background: ArrayLike | None = (1.0, 1.
 
 
 def stretched(drawing: Drawing, factors: ArrayLike, size: tuple[int, int], offset: ArrayLike = (0.0, 0.0)) -> Drawing:
-    """Stretch a drawing: each point (x, y) moves to ``factors * (x, y) + offset``.
+    """Scale and translate a drawing: each point (x, y) moves to ``factors * (x, y) + offset``.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def stretched(drawing: Drawing, factors: ArrayLike, size: tuple[int, int], offse
 
 
 def scaled(drawing: Drawing, size: tuple[int, int]) -> Drawing:
-    """Return a drawing stretched to a canvas of another size, (height, width) px."""
+    """Scale a drawing to a canvas of another size, (height, width) px."""
     if drawing.size == tuple(size):
         return drawing
     factors = np.array([size[1] / drawing.size[1], size[0] / drawing.size[0]])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Borders: a filled and a stroked layer of one outline, which an SVG holds as one element with a fill and a stroke.
+"""Borders: a fill and a stroke on one outline, two layers that an SVG holds as one element.
 
 The pair is seen in the drawing itself: two layers that follow each other and have the very same closed outlines, one of
 them filled and one stroked. The stroke lies above the fill, or beneath it (`paint-order` of SVG).

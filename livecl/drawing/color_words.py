@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Colour words: names of colours by the survey in color_survey.txt.
+"""Colour names: name colours by basic words, from the survey in color_survey.txt.
 
 A colour has the word that most of the survey's nearest colours have in their names, as "blue" in "dark sky blue", and
 half as much in "blue green" or "bluish grey"; distance is that in Oklab, a perceptually uniform colour space, with

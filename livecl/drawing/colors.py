@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Colours as CSS writes them, and in Oklab."""
+"""Parse and format CSS colours; convert sRGB to Oklab."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MAX_TEXT = 200
 
 @functools.lru_cache(maxsize=4096)
 def parse_rgba(text: str) -> Rgba:
-    """Return the straight RGBA in [0, 1] of a CSS colour: a name, ``#`` and digits, ``rgb()``, ``hsl()``, ``hwb()``.
+    """Parse a CSS colour to straight RGBA in [0, 1]: a name, ``#`` and digits, ``rgb()``, ``hsl()``, ``hwb()``.
 
     Raises ValueError if `text` is no such colour.
     """
@@ -67,7 +67,7 @@ def share(text: str, whole: float = 1.0) -> float:
 
 
 def premultiplied_colors(rgba: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return colours as premultiplied RGBA of straight one: (..., 4)."""
+    """Convert straight RGBA to premultiplied RGBA: (..., 4)."""
     return np.concatenate([rgba[..., :3] * rgba[..., 3:], rgba[..., 3:]], axis=-1)
 
 
@@ -76,13 +76,13 @@ def _clip(value: float) -> float:
 
 
 def format_rgb(rgb: ArrayLike) -> str:
-    """Return the first three of RGB(A) levels in [0, 1] as ``#rrggbb``, rounded to 8 bits."""
+    """Format the first three of RGB(A) levels in [0, 1] as ``#rrggbb``, rounded to 8 bits."""
     red, green, blue = (round(level * 255) for level in np.asarray(rgb)[:3].tolist())
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
 def oklab(rgb: ArrayLike) -> FloatArray:
-    """Return sRGB colours (..., 3) in [0, 1] in Oklab (lightness, green to red, blue to yellow): (..., 3).
+    """Convert sRGB colours (..., 3) in [0, 1] to Oklab (lightness, green to red, blue to yellow): (..., 3).
 
     B. Ottosson: *A perceptual color space for image processing*, 2020. Euclidean distances follow seen differences.
     """

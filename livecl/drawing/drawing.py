@@ -270,7 +270,7 @@ class Drawing:
         )
 
     def layer_subset(self, keep: ArrayLike) -> Drawing:
-        """Return the drawing of some of the layers.
+        """Return the drawing of some of its layers, by mask or by index.
 
         Parameters
         ----------
@@ -303,7 +303,7 @@ class Drawing:
         return layer_labels(self)
 
     def select(self, spec: int | str) -> NDArray[np.int64]:
-        """Return the layers that are meant by an index, a name or a colour.
+        """Select layers by index, name or colour.
 
         Parameters
         ----------

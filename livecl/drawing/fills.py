@@ -301,7 +301,7 @@ def stop_colors_at(positions: FloatArray, colors: FloatArray, t: FloatArray) -> 
 
 
 def concatenate_fills(parts: Sequence[Fills]) -> Fills:
-    """Return the fills of the layers of several drawings, one after the other."""
+    """Concatenate the fills of the layers of several drawings."""
     starts = itertools.accumulate((len(part.stop_positions) for part in parts), initial=0)
     return Fills(
         kinds=np.concatenate([part.kinds for part in parts]),

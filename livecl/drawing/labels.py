@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Labels of layers: names made of fill, shape and place, and selection of layers by name or colour."""
+"""Labels of layers: names from fill, shape and position; selection of layers by name or colour."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def layer_centers(drawing: Drawing) -> NDArray[np.float64]:
 
 
 def select_layers(drawing: Drawing, spec: int | str) -> NDArray[np.int64]:
-    """Return the layers that `spec` means: see :meth:`livecl.drawing.drawing.Drawing.select`."""
+    """Select layers by index, name or colour: see :meth:`livecl.drawing.drawing.Drawing.select`."""
     labels = layer_labels(drawing)
     if not isinstance(spec, str):
         if not isinstance(spec, (int, np.integer)) or isinstance(spec, bool):

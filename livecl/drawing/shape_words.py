@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shape words: what a person would call the outline of a layer, as "circle", "bar" or "triangle"."""
+"""Shape names: classify the outline of a layer as "circle", "bar", "triangle" and the like."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SAMPLES = 8
 
 
 def shape_words(drawing: Drawing) -> list[str]:
-    """Return a word for the shape of each layer, one of `SHAPE_WORDS`."""
+    """Name the shape of each layer by one of `SHAPE_WORDS`."""
     area = drawing.size[0] * drawing.size[1]
     at, cubics = np.arange(SAMPLES) / SAMPLES, drawing.cubics
     words = []

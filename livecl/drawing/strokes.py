@@ -90,7 +90,7 @@ class Strokes:
     @classmethod
     @functools.lru_cache(maxsize=256)
     def none(cls, num_layers: int, num_subpaths: int) -> Strokes:
-        """Return what filled layers have."""
+        """Return the strokes of N filled layers: none."""
         return cls(widths=np.zeros(num_layers), is_open=np.zeros(num_subpaths, bool))
 
     def __len__(self) -> int:
@@ -142,7 +142,7 @@ class Strokes:
 
 
 def concatenate_strokes(parts: Sequence[Strokes]) -> Strokes:
-    """Return the strokes of the layers of several drawings, one after the other."""
+    """Concatenate the strokes of the layers of several drawings."""
     names = [field.name for field in dataclasses.fields(Strokes)]
     return Strokes(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Curves and closed outlines in NumPy; nothing here knows a drawing."""
+"""Geometry of curves and closed outlines in NumPy, independent of drawings."""

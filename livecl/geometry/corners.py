@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Corner detection on closed polylines whose points lie about 1 px apart, as outlines are known from pixels.
+"""Corner detection on closed polylines traced from pixels, with points about 1 px apart.
 
 Pixels cut corners: within about a pixel of one, an outline found from coverages runs across it. A corner is where the
 directions in which the outline arrives and leaves, each fitted to points that are not so near, differ; and it lies

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Self-intersections of outlines, measured by their winding.
+"""Self-intersections of outlines, measured by winding numbers.
 
 Around the point where two strands of a closed outline cross, the winding takes three consecutive values, as each strand
 changes it by one. So an outline crosses itself exactly if some area has a winding other than 0 and that of the whole

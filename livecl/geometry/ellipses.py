@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ellipses of the moments of a closed polyline's area."""
+"""Ellipse of a closed polyline's moments of area."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closed cubic paths fitted to a polyline, with anchors where they serve best: at corners, and where curves change.
+"""Fit closed cubic paths to a polyline, with anchors at corners and where curves change.
 
 Anchors lie on the polyline. The two handles between two anchors are the least-squares fit to the polyline between them,
 its length being the parameter: a linear problem, as a cubic is linear in its control points. Which anchors leave the

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Path of least price along a polyline, open or closed: which places are nodes, and which segments lines or cubics.
+"""Fit the path of least price to a polyline, open or closed: choose its nodes, lines and cubics.
 
 A segment costs what it takes to describe, and the integral of its squared distance from the polyline; a node costs by
 the segments that meet there. The cheapest path is found by dynamic programming over the places: the best one up to a

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Offset closed outlines: the outline at a distance from one, with as many segments, its lines lines and arcs arcs.
+"""Offset closed outlines by a distance: lines stay lines, and circular arcs stay arcs.
 
 An anchor moves to where the offsets of its two tangents meet, as at a miter: by d (n_1 + n_2) / (1 + n_1 . n_2) with
 the unit normals n_1 and n_2 there. Handles keep their directions and grow as the chord does, which is exact for lines

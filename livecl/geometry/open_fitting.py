@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Open or closed cubic paths of the fewest segments that stay within a distance of a polyline.
+"""Fit open or closed cubic paths of the fewest segments to a polyline, within a tolerance.
 
 Corners are found first, where the polyline turns by much within a short reach; between them, every run from one place
 to another is a candidate segment: the line between them if that is close enough, else the least-squares cubic with the

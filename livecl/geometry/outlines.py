@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outlines for new layers: a circle, a polygon, a random outline, the way round."""
+"""Outlines for new layers: circles, polygons, random outlines; orientation."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Simplest path along an outline: lines and cubics between anchors, chosen by one price for error and segments.
+"""Fit the simplest path to an outline: lines and cubics between anchors, by one price for error and segments.
 
 Between two corners, the path of least price over candidate places gives the anchors (livecl/geometry/least_path.py).
 """

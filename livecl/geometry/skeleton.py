@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trace the centre lines of a mask of thin shapes: its skeleton as lines that go straight on where they cross.
+"""Skeletonize a mask of thin shapes: trace its centre lines, continued straight across junctions.
 
 The skeleton (thinning by Zhang and Suen, Communications of the ACM 27, 1984; scikit-image's) is a graph: branches of
 pixels between ends and junctions. Branches that are no longer than the shape is wide there are either spurs, at an end,

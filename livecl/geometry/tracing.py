@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closed paths as a person would draw them along an outline: an ellipse, or lines and curves between few anchors."""
+"""Trace an outline as a person would draw it: an ellipse, or lines and curves between few anchors."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Backgrounds: the choice of a background for an image, and the image over it."""
+"""Backgrounds: choose a background for an image, and composite the image over it."""
 
 from __future__ import annotations
 

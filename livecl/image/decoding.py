@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pixels of opened pictures as colour and alpha: palettes, grey, depths of more than 8 bits, frames, turns."""
+"""Decode opened pictures to colour and alpha: palettes, grey, more than 8 bits, frames, orientation."""
 
 from __future__ import annotations
 

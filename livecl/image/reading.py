@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures in files, in memory and in arrays to straight colours and back; colours over a background."""
+"""Read pictures from files, memory and arrays as straight colours, and convert back; composite over a background."""
 
 from __future__ import annotations
 

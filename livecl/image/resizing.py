@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Working sizes: larger pictures are worked on at fewer pixels, as the outline of a path has no resolution."""
+"""Working size: downscale large pictures for the run, as outlines have no resolution."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Colours of a picture to sRGB: colour profiles, a PNG's gamma, CMYK, Lab."""
+"""Convert the colours of a picture to sRGB: colour profiles, PNG gamma, CMYK, Lab."""
 
 from __future__ import annotations
 

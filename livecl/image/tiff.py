@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""TIFF of more than 8 bits a number, which Pillow cuts to 8 or does not know: grey and RGB, unsigned and float."""
+"""Read TIFF of more than 8 bits per sample, which Pillow truncates or rejects: grey and RGB, unsigned and float."""
 
 from __future__ import annotations
 

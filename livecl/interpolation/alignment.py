@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two outlines made comparable: equal numbers of segments, start points and directions that move as little as can be.
+"""Align two outlines: equal numbers of segments, start points and directions of least motion.
 
 An outline is a list of closed subpaths, each (m, 4, 2): the cubics of its segments, px. Nothing here changes what an
 outline encloses under the nonzero rule: segments are cut without moving the curve, subpaths start elsewhere, and if one

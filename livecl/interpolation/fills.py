@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Interpolation of fills: two made of one kind and number of stops without a change of looks, then mixed."""
+"""Interpolation of fills: convert two to one kind and number of stops, without changing their look, and mix them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Centre lines of two stroked layers made comparable: equal numbers of lines and segments, directions that move little.
+"""Align the centre lines of two stroked layers: equal numbers of lines and segments, directions of least motion.
 
 A line is open or closed, the cubics of its segments (m, 4, 2), px. Unlike an outline it encloses nothing: each line may
 be reversed by itself, and a closed one may be cut open, which a pen's mark does not show where the line is smooth.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Matching of layers between two drawings (in order, or Hungarian), and one paint order for both."""
+"""Match layers between two drawings, in order or by the Hungarian algorithm, with one paint order for both."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Folders where compiled kernels are kept: those that cannot be used are replaced for as long as the process runs.
+"""Cache folders of compiled kernels: unusable ones are replaced for the lifetime of the process.
 
 PoCL lists no device where it cannot write to its cache, and takes down the process where a library in it has been cut
 short, by a full disk or by a loss of power. Both are looked after here, before PoCL is first used.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processors newer than PoCL's compiler: give it the name of one that it knows.
+"""Processors newer than PoCL's compiler: substitute the name of one that it knows.
 
 PoCL asks LLVM for the name of the host's processor. An LLVM that is older than the processor answers "generic", which
 its own compiler then refuses ("unknown target CPU 'generic'"): LLVM 14, which PoCL from pip carries, knows no Zen 5.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Colours as people see them: the difference of two pictures, and layers in colours that the picture does not have."""
+"""Colour scores: CIEDE2000 difference of two pictures, and layers in colours that the picture does not have."""
 
 from __future__ import annotations
 

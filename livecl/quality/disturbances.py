@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Disturbed pictures: what a file or a camera adds, which should buy no layers."""
+"""Disturb pictures as files and cameras do, which should add no layers."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cleanness of the layers of a drawing, by their contributions (livecl/layering/contributions.py)."""
+"""Cleanness of a drawing's layers, from their contributions (livecl/layering/contributions.py)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Count of the numbers that an SVG file writes for its outlines: what a person would have to change by hand."""
+"""Count the numbers that an SVG file writes for its outlines, those a person would edit by hand."""
 
 from __future__ import annotations
 

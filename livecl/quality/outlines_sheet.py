@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Picture of a drawing's outlines, each layer's in a colour of its own."""
+"""Plot the outlines of a drawing, each layer in a colour of its own."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How close a picture is to its target: mean squared error, signal-to-noise ratio, structural similarity."""
+"""Image similarity: mean squared error, peak signal-to-noise ratio, structural similarity."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Picture of matched things: the true ones above, the drawing's below, pair under pair, overlaps written under."""
+"""Plot matched shapes: the true ones above, the drawing's below, with their overlaps."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Images on the device: how they get there, and back."""
+"""Copy images to the device and back."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings with strokes turned into drawings that fill the strokes' outlines, and gradients brought back.
+"""Strokes in the rasterizer: convert them to filled outlines, and map the gradients back.
 
 Coverage and compositing know filled outlines only. The centre line of a stroked layer is flattened as any outline is;
 :mod:`livecl.geometry.strokes` makes polygons of its lines, which take the layer's place with the layer's paint.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checkpoints: all that a run needs to go on and to end with the very result of one that was never stopped."""
+"""Checkpoints: save and resume a run; the resumed run ends with the very result of an uninterrupted one."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Finisher`: drawings of a run on the picture's own canvas, with the groups and the cuts that are asked for."""
+"""`Finisher`: put a run's drawings on the picture's own canvas, group and cut their layers."""
 
 from __future__ import annotations
 

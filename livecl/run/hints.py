@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hints for keywords that a function does not have."""
+"""Hints for unknown keyword arguments."""
 
 from __future__ import annotations
 

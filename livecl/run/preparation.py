@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Preparation of the device: kernels are compiled in a thread of their own while the host gets the run ready."""
+"""Compile the kernels in a background thread while the host prepares the run."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures that follow each other, as drawings whose layers keep their identity."""
+"""Vectorize consecutive pictures into drawings whose layers keep their identity."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Drawing` and SVG, both ways.
+"""Read and write SVG as `Drawing`.
 
 A saved file holds the drawing of :func:`quantize`, to the last digit: :func:`read_svg` gives it back equal.
 """

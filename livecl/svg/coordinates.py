@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where things are in an SVG: lengths in px, transforms, view boxes, the size of the canvas.
+"""Coordinates of SVG: lengths in px, transforms, view boxes, the size of the canvas.
 
 Matrices are affine, (3, 3), and map column vectors (x, y, 1).
 """

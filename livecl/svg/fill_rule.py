@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outlines that the nonzero rule fills as the even-odd rule fills the ones given."""
+"""Convert the even-odd fill rule to nonzero: outlines that nonzero fills alike."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A layer as it is read from an SVG: its name, stage and place."""
+"""Layer as read from an SVG: its name, stage and position."""
 
 from __future__ import annotations
 

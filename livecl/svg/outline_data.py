@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outlines to path data: straight segments as lines, level and plumb ones as such, symmetric joins without a handle."""
+"""Write outlines as path data: lines, horizontal and vertical segments, and smooth cubics in short form."""
 
 from __future__ import annotations
 

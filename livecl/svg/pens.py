@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Strokes of an SVG element: the pen that its style describes, its lines, and the dashes that they are cut into."""
+"""Read the strokes of an SVG element: pen, lines, dashes."""
 
 from __future__ import annotations
 

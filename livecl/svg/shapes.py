@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outlines of SVG's basic shapes as closed cubic subpaths: rectangles, ellipses, polygons."""
+"""Convert SVG's basic shapes, rectangles, ellipses and polygons, to closed cubic subpaths."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files of arrays and facts: how states and checkpoints lie on the disk, written whole, and read without trust."""
+"""Archives of arrays and facts: the file format of states and checkpoints, written whole, and read without trust."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Enlarging of the autoencoder's pictures."""
+"""Enlarge the autoencoder's pictures."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Course`: how a drawing came to be, kept while it is learned, and shown as a film."""
+"""`Course`: record the drawing during training, and show it as a film."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Films: pictures as MP4 through ffmpeg, drawings as an animated GIF."""
+"""Films: write pictures as MP4 through ffmpeg, drawings as an animated GIF."""
 
 from __future__ import annotations
 

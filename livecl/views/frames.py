@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings to pictures, and pictures to a GIF."""
+"""Render drawings to frames, and write frames as a GIF."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`LiveView`: the drawing in a notebook while it is learned."""
+"""`LiveView`: show the drawing in a notebook during training."""
 
 from __future__ import annotations
 

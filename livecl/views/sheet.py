@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of a run: its stages side by side, and its error against the number of paths."""
+"""Sheets of a run: its stages side by side, and its error against the number of paths."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report: one page of HTML in which a run's result can be looked through, without network or library."""
+"""HTML report of a run: one interactive page, without network or libraries."""
 
 from __future__ import annotations
 
