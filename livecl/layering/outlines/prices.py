@@ -52,6 +52,8 @@ class Prices:
         contact.
     sure : float
         Evidence from which a region counts as lying in front.
+    before : float
+        Mean evidence of the shapes beside another from which they lie in front of it, so that none goes on behind it.
     hull, bay, stem : float
         Evidence of a T-junction: for the region whose outline runs straight through it on its convex hull, or in a bay
         of it (where it may be what surrounds the others), and against the region that ends at another's outline.
@@ -79,6 +81,7 @@ class Prices:
     ring: float = 0.8
     aligned: float = 1.5
     sure: float = 0.25
+    before: float = 1.25
     hull: float = 0.7
     bay: float = -0.4
     stem: float = 0.65

@@ -19,14 +19,12 @@ from livecl.geometry.polylines import polygon_area
 from livecl.layering.outlines.completion import SHORTEST_GAP, completed_contour, joined_contours
 from livecl.layering.outlines.contours import AFTER, BEFORE, OWN, Contour, Outlines
 from livecl.layering.outlines.prices import Prices, hidden_price, outline_price
+from livecl.layering.structure.twins import Pairs, few_alike, same_color, twins
 
 FloatArray = NDArray[np.float64]
-Pairs = dict[tuple[int, int], float]
 
 #: Share of a shape visible through its holes from which the holes' content belongs to the surroundings.
 THROUGH_HOLES, GROUND_THROUGH_HOLES, PANES = 0.3, 0.2, 0.4
-#: Most regions of one colour that are compared as parts of an occluded shape.
-MOST_ALIKE = 60
 #: Least share of the outline of a region seen between several shapes that faces shapes touching the ground.
 GROUND_AROUND = 0.7
 #: Relative deviation of a hole's distance from the outline around it: below which a hole of the area share `EVEN_HOLE`
@@ -52,20 +50,6 @@ class Screen:
 
     front: int
     behind: tuple[int, ...]
-
-
-def same_color(outlines: Outlines, a: int, b: int) -> bool:
-    """Whether two regions have one colour."""
-    return outlines.regions.alike(a, b)
-
-
-def few_alike(outlines: Outlines, nodes: list[int]) -> list[int]:
-    """Return the regions whose colour is shared by at most `MOST_ALIKE` regions, in their order.
-
-    More are letters, pixels or the spaces between lines: comparing all their pairs would be in vain.
-    """
-    counts = [int(np.count_nonzero(outlines.regions.near(outlines.regions.colors[k])[nodes])) for k in nodes]
-    return [k for k, count in zip(nodes, counts, strict=True) if count <= MOST_ALIKE]
 
 
 def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
@@ -190,7 +174,7 @@ def screens(outlines: Outlines, ground: set[int]) -> list[Screen]:
     return found
 
 
-def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], prices: Prices) -> tuple[Pairs, Pairs]:
+def evidence(outlines: Outlines, nodes: list[int], prices: Prices) -> tuple[Pairs, Pairs]:
     """Return the evidence of depth order, (front, behind) to a weight, and the savings of including markings.
 
     A marking shares the silhouette of the region that it lies on: (region, marking) to the saving of one outline around
@@ -225,9 +209,12 @@ def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], p
                 np.clip(saved, 0, 3)
             )
             for_one[k, o] = own
-    for cover, a, b, saved in _relations(outlines, nodes, for_one, prices):
+    for cover, a, b, saved in itertools.chain(
+        _relations(outlines, nodes, for_one, prices), twins(outlines, nodes, for_one, prices)
+    ):
         for k in (a, b):
-            for_one[k, cover] -= min(prices.relation * saved, prices.most_relation)
+            if (k, cover) in for_one:
+                for_one[k, cover] -= min(prices.relation * saved, prices.most_relation)
     front: Pairs = {}
     for (k, o), own in for_one.items():
         if k > o and (o, k) in for_one:
@@ -238,11 +225,25 @@ def evidence(outlines: Outlines, nodes: list[int], seen_through: list[Screen], p
     for inside, around in enclosed:
         if inside in known:
             front[inside, around] = 2 * np.pi
-    for screen in seen_through:
-        for k in screen.behind:
-            front.pop((k, screen.front), None)
-            front[screen.front, k] = 2 * np.pi
     return front, markings
+
+
+def worth_it(screen: Screen, outlines: Outlines, front: Pairs, prices: Prices) -> bool:
+    """Whether one shape behind a screen is cheaper than shapes on it and shapes beside it, and these not in front.
+
+    The shapes on it have the outlines of its holes: they cost the same either way.
+    """
+    contours, sizes = outlines.of((screen.front,)), outlines.regions.sizes
+    inside = {k for contour in contours if contour.is_hole_of(contours[0]) for k in contour.across.tolist()}
+    beside = [k for k in screen.behind if k not in inside]
+    if not beside:
+        return True
+    before = sum(front.get((k, screen.front), 0.0) - front.get((screen.front, k), 0.0) for k in beside)
+    whole = outline_price(outlines.of((*screen.behind, screen.front))[0].points, prices)
+    whole += prices.hidden * sizes[screen.front] / sizes[list(screen.behind)].sum()
+    apart = sum(outline_price(outlines.outer(k).points, prices) for k in beside)
+    apart += prices.layer * (len(screen.behind) - 1)
+    return bool(whole < apart and before <= prices.before * len(beside))
 
 
 def _relations(

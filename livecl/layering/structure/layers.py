@@ -16,14 +16,13 @@ from livecl.layering.outlines.completion import completed_contour, cut_in_two, f
 from livecl.layering.outlines.contours import Contour, Outlines
 from livecl.layering.outlines.prices import PRICES, Prices, outline_price
 from livecl.layering.structure.depth import (
-    Pairs,
     evidence,
-    few_alike,
     ground_regions,
-    same_color,
     screens,
+    worth_it,
 )
 from livecl.layering.structure.ordering import paint_order
+from livecl.layering.structure.twins import Pairs, few_alike, same_color
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -95,7 +94,12 @@ def find_layers(
     behind = ground_regions(outlines, ground)
     seen_through = screens(outlines, behind)
     nodes = [k for k in range(outlines.count) if k not in behind]
-    front, markings = evidence(outlines, nodes, seen_through, prices)
+    front, markings = evidence(outlines, nodes, prices)
+    seen_through = [screen for screen in seen_through if worth_it(screen, outlines, front, prices)]
+    for screen in seen_through:
+        for k in screen.behind:
+            front.pop((k, screen.front), None)
+            front[screen.front, k] = 2 * np.pi
     order = paint_order(front, nodes, regions.sizes, [screen.behind for screen in seen_through])
     scene = _Scene(outlines, front, order, prices)
     for k in order:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.layering.structure.depth import Pairs
+from livecl.layering.structure.twins import Pairs
 
 
 def paint_order(front: Pairs, nodes: list[int], sizes: NDArray[np.int64], one: list[tuple[int, ...]]) -> list[int]:

@@ -18,9 +18,9 @@ from livecl.layering.outlines.completion import completed_contour, filled_out
 from livecl.layering.outlines.contours import Outlines
 from livecl.layering.outlines.prices import PRICES
 from livecl.layering.segmentation.flat import flat_regions
-from livecl.layering.structure.depth import few_alike
 from livecl.layering.structure.layers import find_layers
 from livecl.layering.structure.parts import with_parts
+from livecl.layering.structure.twins import few_alike
 
 SIZE = (96, 96)
 FINE = 4  # samples of a pixel's side
@@ -233,6 +233,22 @@ def test_a_shape_on_a_plate_that_is_cut_in_parts_is_no_view_of_what_lies_around(
     assert len(parts) == 2 and all(np.abs(paint - color).max() < 0.02 for _, paint in parts)
 
 
+def test_a_window_is_no_view_of_a_shape_behind_that_mirrors_would_make_less_simple() -> None:
+    window, mirrors = box(26, 36, 70, 62), [box(4, 44, 16, 52), box(80, 44, 92, 52)]
+    layers = found(picture((box(16, 30, 80, 70), GREEN), *((mirror, RED) for mirror in mirrors), (window, RED)))
+    for shape in (box(16, 30, 80, 70), window, *mirrors):
+        assert max(overlap(mask, shape) for mask, _ in layers) > 0.9
+    assert len(layers) == 4
+
+
+def test_a_mouth_is_no_view_of_spots_that_lie_on_the_face() -> None:
+    face, mouth, spots = disc(48, 48, 34), disc(48, 58, 20), [disc(22, 22, 14), disc(74, 22, 14)]
+    layers = found(picture((face, YELLOW), (mouth, RED), *((spot, RED) for spot in spots)))
+    assert len(layers) == 4
+    for shape in (mouth, *spots):
+        assert max(overlap(mask, shape) for mask, _ in layers) > 0.95
+
+
 @pytest.mark.parametrize("levels", [4, 8, 12])
 @pytest.mark.parametrize("ground", [WHITE, GREY])
 def test_pale_shapes_are_two(levels: int, ground: Any) -> None:
@@ -329,3 +345,12 @@ def test_regions_kept_apart_are_joined_with_none() -> None:
     for apart, number in ((set(), 1), ({min(red)}, 2), (red, 2)):
         layers = find_layers(outlines, np.array(WHITE), apart=apart)
         assert sum(bool(layer.shown & red) for layer in layers) == number
+
+
+def test_mirror_twins_are_one_shape_below_what_covers_their_middle() -> None:
+    """A jacket, below two lapels and the shirt between them: none of the three covers its whole middle."""
+    jacket = disc(48, 90, 40) & (Y <= 88)
+    lapels = [box(32, 40, 40, 88), box(56, 40, 64, 88)]
+    layers = found(picture((jacket, BLUE), (box(40, 40, 56, 88), GREEN), *((lapel, RED) for lapel in lapels)))
+    assert overlap(layers[0][0], jacket) > 0.9 and np.abs(layers[0][1] - BLUE).max() < 0.02
+    assert sum(np.abs(color - BLUE).max() < 0.02 for _, color in layers) == 1
