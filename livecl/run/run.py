@@ -7,11 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.drawing.drawing import Drawing
-from livecl.editing import editable, with_few_colors
+from livecl.editing import with_few_colors
 from livecl.errors import LiveclError
-from livecl.layering.revision.merging import can_merge, merge_neighbors
-from livecl.layering.revision.pruning import needed_layers
-from livecl.layering.revision.trimming import trimmed
+from livecl.run.outcome import saved_drawing
 from livecl.run.phases import Grow, Phase, Recolor, Revise, plan_of
 from livecl.run.preparation import warm_up
 from livecl.run.progress import Progress
@@ -19,7 +17,6 @@ from livecl.run.work import Work
 from livecl.svg import quantize
 from livecl.training import step as training
 from livecl.training.ending import EARLIEST, judge_progress
-from livecl.training.state import FREE, LOCKED
 
 #: Divisor of the steps of a stage that others follow: its layers are trained with theirs.
 EARLY_SHARE = 4
@@ -166,21 +163,8 @@ class Run(Work):
         best, holds = state.drawing, state.holds
         if fallback is not None and fallback.error < self.visible_mse(state.drawing):
             best, holds = fallback.drawing, fallback.holds
-        least = max(state.options.prune, state.options.path_gain) if self.finished else 0.0
-        best = quantize(best)
-        if self.finished and state.options.merge and can_merge(best):
-            merged = merge_neighbors(self, best, holds == FREE, least)
-            best, holds = quantize(merged.drawing), np.where(merged.sources < 0, FREE, holds[merged.sources])
-        if self.finished:
-            best = quantize(editable(self, with_few_colors(self, best, holds != LOCKED), holds != LOCKED))
-            if state.options.strokes == "auto":
-                from livecl.editing import bordered  # loads SciPy
-
-                best, sources = bordered(self, best, holds == FREE)
-                best, holds = quantize(best), holds[sources]
-        drawing = needed_layers(self, best, least, holds == FREE)
-        if self.finished and state.options.trim and start is None:
-            drawing = quantize(trimmed(drawing))
+        trim = self.finished and self.options.trim and start is None
+        drawing = saved_drawing(self, best, holds, finished=self.finished, trim=trim)
         if start is not None:
             start = quantize(start)
             if self.visible_mse(start) < self.visible_mse(drawing):

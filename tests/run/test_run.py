@@ -23,11 +23,13 @@ from livecl.training.state import FREE, KEPT, State
 
 def test_the_outcome_is_pruned_and_merged_when_all_is_done(device: int) -> None:
     run = started([FREE] * 4, device, merge=False)
-    run.state.options = Options(placement="region", iterations=1, prune=1e-4, merge=False, revisions=8)
+    run.options = run.state.options = Options(placement="region", iterations=1, prune=1e-4, merge=False, revisions=8)
     assert run.outcome().num_layers == 4
     run.state.stage = len(run.plan)
     assert run.outcome().num_layers == 3
-    run.state.options = Options(placement="region", iterations=1, prune=0.0, path_gain=1e-4, merge=False, revisions=8)
+    run.options = run.state.options = Options(
+        placement="region", iterations=1, prune=0.0, path_gain=1e-4, merge=False, revisions=8
+    )
     assert run.outcome().num_layers == 3, "a path must be worth it wherever it comes from"
     run.state.holds[3] = KEPT
     assert run.outcome().num_layers == 4
@@ -66,7 +68,7 @@ def test_neighbours_are_merged_at_the_end(merge: bool, left: int, device: int) -
     drawing = build([([rectangle(x, 4, x + 10, 20)], (0.2, 0.3, 0.4, 1)) for x in (2, 12)], (24, 24))
     run = finished(drawing, [FREE, FREE], device)
     run.target = run.rasterizer.forward(drawing)
-    run.state.options = Options(placement="region", iterations=1, revisions=0, prune=2e-3, merge=merge)
+    run.options = run.state.options = Options(placement="region", iterations=1, revisions=0, prune=2e-3, merge=merge)
     assert run.outcome().num_layers == left
 
 
@@ -102,7 +104,7 @@ def test_decisions_compare_the_visible_error(device: int) -> None:
     run.begin()
     between = float(np.sqrt(run.mse(run.state.drawing) * run.visible_mse(run.state.drawing)))
     assert run.mse(run.state.drawing) != pytest.approx(run.visible_mse(run.state.drawing), rel=0.05)
-    run.state.options = Options(placement="region", iterations=5, revisions=0, target_mse=between)
+    run.options = run.state.options = Options(placement="region", iterations=5, revisions=0, target_mse=between)
     run.end()
     assert run.progress.error == run.visible_mse(run.state.drawing)
 
@@ -131,7 +133,7 @@ def test_the_outcome_in_a_revision_holds_what_was_held_before_it(device: int) ->
     run.state.drawing = run.state.drawing.moved(
         run.state.drawing.points + 3, run.state.drawing.colors, run.state.drawing.background
     )
-    run.state.options = Options(placement="region", iterations=1, revisions=0, merge=False, prune=1.0)
+    run.options = run.state.options = Options(placement="region", iterations=1, revisions=0, merge=False, prune=1.0)
     run.state.stage = len(run.plan)
     assert run.outcome().num_layers == 1, "the one that is kept, whatever it is worth"
 
