@@ -13,7 +13,7 @@ from livecl.cli.config import read_config
 from livecl.cli.method import add_method
 from livecl.cli.outputs import OUTPUTS
 from livecl.editing.cutout import DEFAULT_TRAP
-from livecl.image.resizing import DEFAULT_SIZE
+from livecl.image.resizing import DEFAULT_SIZE, LEAST_SIZE
 from livecl.options import PRESET_PATHS, PRESETS
 from livecl.run.recipe import GROUP_KINDS, LAYER_STYLES
 from livecl.schedule import MAX_DEFAULT_PATHS
@@ -257,7 +257,13 @@ def _paths(text: str) -> int | str:
 
 
 def _size(text: str) -> int:
-    return 0 if text == "full" else whole(0)(text)
+    """Return the side that pictures are reduced to: a whole number that is not too small, 0 for none."""
+    if text in ("full", "0"):
+        return 0
+    try:
+        return whole(LEAST_SIZE)(text)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{error}, or full") from None
 
 
 def _layers(text: str) -> str:

@@ -48,9 +48,11 @@ def given_options(arguments: argparse.Namespace) -> Options:
 def palette_text(text: str) -> str:
     """Return the colours that a file holds, parted by commas: of ``#rrggbb`` or GIMP's lines; other text as it is.
 
-    Raises argparse.ArgumentTypeError if a file holds none.
+    Raises argparse.ArgumentTypeError if a file holds none, or text that reads like the name of a file is none.
     """
     if not Path(text).is_file():
+        if Path(text).is_dir() or re.search(r"[^\s,()]\.[A-Za-z]\w*$", text):
+            raise argparse.ArgumentTypeError(f"{text}: there is no such file; colours are such as #rrggbb,navy")
         return text
     content = Path(text).read_text(encoding="utf-8", errors="replace")
     found = re.findall(r"#[0-9a-fA-F]{6}\b", content)

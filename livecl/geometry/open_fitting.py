@@ -14,6 +14,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.geometry.bezier import bernstein, cross
 from livecl.geometry.polylines import lengths_along, points_at
 
@@ -109,6 +110,7 @@ def _smooth_rows(points: FloatArray, tolerance: float) -> list[FloatArray]:
     stops = np.unique(np.searchsorted(places, np.linspace(places[0], places[-1], count + 1)).clip(0, len(points) - 1))
     best: list[tuple[float, float, int, FloatArray]] = [(0, 0.0, -1, np.zeros((3, 2)))]
     for j in range(1, len(stops)):
+        interruption.check()
         options: list[tuple[float, float, int, FloatArray]] = []
         for i in range(j):
             if options and best[i][0] + 1 > min(option[0] for option in options):

@@ -10,10 +10,13 @@ branches that continue each other best are one line.
 from __future__ import annotations
 
 import dataclasses
+import heapq
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
+
+from livecl import interruption
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -66,8 +69,11 @@ def center_lines(mask: NDArray[np.bool_]) -> list[CenterLine]:
     from skimage.morphology import skeletonize
 
     mask = np.pad(mask, PADDING)  # the canvas's border ends shapes, too
+    interruption.check()
     skeleton = skeletonize(mask)
+    interruption.check()
     radii = ndimage.distance_transform_edt(mask)
+    interruption.check()
     branches, places = _graph(skeleton)
     graph = _Graph(branches, places, radii)
     graph.drop_spurs()
@@ -86,9 +92,12 @@ def _graph(skeleton: NDArray[np.bool_]) -> tuple[list[_Branch], list[FloatArray]
     junctions, num_junctions = ndimage.label(skeleton & (count >= 3), around)
     parts, num_parts = ndimage.label(skeleton & (junctions == 0), around)
     inner = ndimage.convolve((parts > 0).astype(np.int64), around, mode="constant") - 1
-    places = [np.argwhere(junctions == number).mean(axis=0) for number in range(1, num_junctions + 1)]
+    at = np.argwhere(junctions)
+    sums = np.stack([np.bincount(junctions[tuple(at.T)] - 1, side, num_junctions) for side in at.T], axis=1)
+    places = list(sums / np.bincount(junctions[tuple(at.T)] - 1, minlength=num_junctions)[:, None])
     branches = []
     for box, number in zip(ndimage.find_objects(parts), range(1, num_parts + 1), strict=True):
+        interruption.check()
         corner = np.array([box[0].start, box[1].start])
         pixels = _in_order(np.argwhere(parts[box] == number) + corner, inner)
         if len(pixels) > 2 and inner[tuple(pixels[0])] == 2:
@@ -148,13 +157,6 @@ class _Graph:
         ]
         self._clear = [CLEAR * self._radius(node) for node in range(len(places))]  # px around each node
 
-    def _degrees(self) -> IntArray:
-        degrees = np.zeros(len(self.places), np.int64)
-        for branch in self.branches:
-            for node in branch.nodes or ():
-                degrees[node] += 1
-        return degrees
-
     def _radius(self, node: int) -> float:
         row, column = np.rint(self.places[node]).astype(int)
         return float(self.radii[row, column])
@@ -164,23 +166,40 @@ class _Graph:
         row, column = np.rint(self.places[node]).astype(int)
         return self._half_widths[int(self._shapes[row, column])]
 
+    def _by_node(self) -> list[list[tuple[_Branch, int]]]:
+        """Return the ends at each node: branches in their order, and the side of each, 0 or 1."""
+        ends: list[list[tuple[_Branch, int]]] = [[] for _ in self.places]
+        for branch in self.branches:
+            for side, node in enumerate(branch.nodes or ()):
+                ends[node].append((branch, side))
+        return ends
+
     def drop_spurs(self) -> None:
         """Drop branches that end within the shape's width from a junction, the shortest first."""
-        while True:
-            degrees = self._degrees()
-            spurs = []
-            for branch in self.branches:
-                if branch.nodes is None:
-                    continue
-                degree = [degrees[node] for node in branch.nodes]
-                if min(degree) == 1 and max(degree) >= 3:
-                    junction = branch.nodes[int(np.argmax(degree))]
-                    if self._is_spur(branch, junction):
-                        spurs.append(branch)
-            if not spurs:
+        ends, order = self._by_node(), {branch: number for number, branch in enumerate(self.branches)}
+        spurs: dict[_Branch, tuple[float, int]] = {}
+
+        def look_at(branch: _Branch) -> None:
+            spurs.pop(branch, None)
+            if branch.nodes is None:
                 return
-            shortest = min(spurs, key=lambda branch: _length(branch.points))
-            self.branches = [branch for branch in self.branches if branch is not shortest]
+            degree = [len(ends[node]) for node in branch.nodes]
+            if min(degree) == 1 and max(degree) >= 3 and self._is_spur(branch, branch.nodes[int(np.argmax(degree))]):
+                spurs[branch] = _length(branch.points), order[branch]
+
+        for branch in self.branches:
+            look_at(branch)
+        gone = set()
+        while spurs:
+            interruption.check()
+            shortest = min(spurs, key=lambda branch: spurs[branch])
+            gone.add(shortest)
+            del spurs[shortest]
+            for node in shortest.nodes or ():
+                ends[node] = [end for end in ends[node] if end[0] is not shortest]
+                for branch, _ in ends[node]:
+                    look_at(branch)
+        self.branches = [branch for branch in self.branches if branch not in gone]
 
     def _is_spur(self, branch: _Branch, junction: int) -> bool:
         """Whether a branch only leads from the middle of the shape to a corner of its border."""
@@ -192,40 +211,56 @@ class _Graph:
         return length <= SHORT * radius or (tapers and length <= LONG * radius)
 
     def contract_bridges(self) -> None:
-        """Draw together the two junctions that a crossing makes in the skeleton."""
-        while True:
-            degrees = self._degrees()
-            bridge = next((branch for branch in self.branches if self._is_bridge(branch, degrees)), None)
-            if bridge is None or bridge.nodes is None:
-                return
-            kept, gone = bridge.nodes
-            self.places[kept] = (self.places[kept] + self.places[gone]) / 2
-            self._clear[kept] = max(self._clear[kept], self._clear[gone]) + _length(bridge.points) / 2
-            self.branches = [branch for branch in self.branches if branch is not bridge]
-            for branch in self.branches:
-                if branch.nodes is not None:
-                    first, last = (kept if node == gone else node for node in branch.nodes)
-                    branch.nodes = first, last
+        """Draw together the two junctions that a crossing makes in the skeleton.
 
-    def _is_bridge(self, branch: _Branch, degrees: IntArray) -> bool:
+        With each, only the branches that meet there are looked at again, and those further on.
+        """
+        ends = self._by_node()
+        order, gone = {branch: number for number, branch in enumerate(self.branches)}, set[_Branch]()
+        left = list(range(len(self.branches)))  # a heap: the first that may be a bridge comes first
+        waiting = set(left)
+        while left:
+            interruption.check()
+            number = heapq.heappop(left)
+            bridge = self.branches[number]
+            waiting.discard(number)
+            if bridge in gone or bridge.nodes is None or not self._is_bridge(bridge, ends):
+                continue
+            kept, other = bridge.nodes
+            gone.add(bridge)
+            self.places[kept] = (self.places[kept] + self.places[other]) / 2
+            self._clear[kept] = max(self._clear[kept], self._clear[other]) + _length(bridge.points) / 2
+            ends[kept] = [end for end in ends[kept] + ends[other] if end[0] is not bridge]
+            ends[other] = []
+            for branch, _ in ends[kept]:
+                assert branch.nodes is not None
+                first, last = (kept if node == other else node for node in branch.nodes)
+                branch.nodes = first, last
+                if order[branch] not in waiting:
+                    waiting.add(order[branch])
+                    heapq.heappush(left, order[branch])
+        self.branches = [branch for branch in self.branches if branch not in gone]
+
+    def _is_bridge(self, branch: _Branch, ends: list[list[tuple[_Branch, int]]]) -> bool:
         """Whether a branch joins two junctions within the shape's width, or of a crossing at a small angle."""
         if branch.nodes is None or branch.nodes[0] == branch.nodes[1]:
             return False
-        if min(degrees[node] for node in branch.nodes) < 3:
+        if min(len(ends[node]) for node in branch.nodes) < 3:
             return False
         length, radius = _length(branch.points), max(self._radius(node) for node in branch.nodes)
         if length <= 2 * radius:
             return True
+        if length > FLAT_BRIDGE * radius:
+            return False
         along = self.places[branch.nodes[1]] - self.places[branch.nodes[0]]
         along /= max(float(np.hypot(*along)), 1e-9)
         arms = [
-            (sign * along) @ self._direction(index, side, node)
+            (sign * along) @ self._direction(other, side, node)
             for node, sign in zip(branch.nodes, (-1, 1), strict=True)
-            for index, other in enumerate(self.branches)
-            for side, end in enumerate(other.nodes or ())
-            if end == node and other is not branch
+            for other, side in ends[node]
+            if other is not branch
         ]
-        return length <= FLAT_BRIDGE * radius and bool(min(arms) >= -MAX_COSINE)
+        return bool(min(arms) >= -MAX_COSINE)
 
     def joined(self) -> list[tuple[FloatArray, bool]]:
         """Return lines (n, 2) of branches that continue each other, and whether each is closed."""
@@ -235,7 +270,8 @@ class _Graph:
             for side, node in enumerate(branch.nodes or ()):
                 at_node.setdefault(node, []).append((index, side))
         for node, ends in at_node.items():
-            directions = [self._direction(*end, node) for end in ends]
+            interruption.check()
+            directions = [self._direction(self.branches[index], side, node) for index, side in ends]
             pairs = sorted(
                 (float(directions[i] @ directions[j]), i, j) for i in range(len(ends)) for j in range(i + 1, len(ends))
             )
@@ -256,10 +292,9 @@ class _Graph:
                 return i, j
         return None
 
-    def _direction(self, index: int, side: int, node: int) -> FloatArray:
+    def _direction(self, branch: _Branch, side: int, node: int) -> FloatArray:
         """Return the unit direction in which a branch leaves a node, measured beyond the node's own width."""
-        points = self.branches[index].points
-        points = points if side == 0 else points[::-1]
+        points = branch.points if side == 0 else branch.points[::-1]
         distance = np.hypot(*(points - points[0]).T)
         radius = max(self._radius(node), 1.0)
         first, last = (int(np.argmax(distance > k * radius)) or len(points) - 1 for k in (1, REACH))
@@ -270,6 +305,7 @@ class _Graph:
     def _chains(self, following: dict[tuple[int, int], tuple[int, int]]) -> list[tuple[FloatArray, bool]]:
         lines: list[tuple[FloatArray, bool]] = [(b.points, True) for b in self.branches if b.nodes is None]
         left = {index for index, branch in enumerate(self.branches) if branch.nodes is not None}
+        degrees = [len(at_node) for at_node in self._by_node()]
         starts = [(i, side) for i in sorted(left) for side in (0, 1) if (i, side) not in following]
         for start in [*starts, *((i, 0) for i in sorted(left))]:
             if start[0] not in left:
@@ -283,16 +319,19 @@ class _Graph:
                 assert branch.nodes is not None
                 own = branch.points if side == 0 else branch.points[::-1]
                 first, last = branch.nodes if side == 0 else branch.nodes[::-1]
-                run.append(self._between(own, first, last, not run and not closed, (index, 1 - side) not in following))
+                begins, ends = not run and not closed, (index, 1 - side) not in following
+                run.append(self._between(own, (first, last), (begins, ends), degrees))
                 if (index, 1 - side) not in following:
                     break
                 index, side = following[index, 1 - side]
             lines.append((np.concatenate(run), closed))
         return lines
 
-    def _between(self, points: FloatArray, first: int, last: int, begins: bool, ends: bool) -> FloatArray:
+    def _between(
+        self, points: FloatArray, nodes: tuple[int, int], at_end: tuple[bool, bool], degrees: list[int]
+    ) -> FloatArray:
         """Return the points of a branch outside of its junctions, with the junctions themselves at a line's ends."""
-        degrees = self._degrees()
+        (first, last), (begins, ends) = nodes, at_end
         keep = np.ones(len(points), bool)
         for node in (first, last):
             if degrees[node] >= 3:

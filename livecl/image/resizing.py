@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 #: Side, px, of the square whose area larger pictures are reduced to where nothing else is asked for.
 DEFAULT_SIZE = 512
+#: Least side, px, that pictures may be reduced to: a letter has about as many pixels, and an outline more numbers than
+#: fewer pixels have. A mistaken `--size 1` would make a whole picture one pixel.
+LEAST_SIZE = 16
 #: Squared error above which a reduced image has lost visible detail. Photographs at a half to a quarter of
 #: their size lose 0.001 to 0.0035, small print that is no longer readable 0.007 to 0.013.
 DETAIL_IS_LOST = 5e-3
@@ -25,7 +28,8 @@ def working_size(size: tuple[int, int], side: int) -> tuple[int, int]:
         Height and width of the picture, px.
     side : int
         Larger pictures are reduced to about as many pixels as a square of this side, px, has; smaller ones stay as they
-        are, and so do long and narrow ones, of which a limit on the longer side would leave nothing. 0 for no limit.
+        are, and so do long and narrow ones, of which a limit on the longer side would leave nothing. At least 16, or 0
+        for no limit.
 
     >>> working_size((1500, 2000), 512)
     (443, 591)
@@ -34,8 +38,11 @@ def working_size(size: tuple[int, int], side: int) -> tuple[int, int]:
     >>> working_size((240, 240), 512)
     (240, 240)
     """
-    if isinstance(side, bool) or not isinstance(side, int) or side < 0:
-        raise ValueError(f"size: got {reprlib.repr(side)}, wanted a whole number of pixels, or 0 for all pixels")
+    if isinstance(side, bool) or not isinstance(side, int) or (side and side < LEAST_SIZE):
+        got = reprlib.repr(side)
+        raise ValueError(
+            f"size: got {got}, wanted a whole number of pixels, at least {LEAST_SIZE}, or 0 for all pixels"
+        )
     height, width = size
     if not side or height * width <= side**2:
         return height, width

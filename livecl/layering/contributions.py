@@ -42,10 +42,10 @@ def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> Shar
 
 def covered_alphas(drawing: Drawing, coverages: ShareArray) -> ShareArray:
     """Return opacity times coverage of each layer alone, given the coverages: (N, H, W) both."""
-    alphas = coverages.copy()
-    for layer, (alpha, window) in enumerate(zip(alphas, _windows(drawing), strict=True)):
+    alphas = np.empty_like(coverages)
+    for layer, window in enumerate(_windows(drawing)):
         interruption.check()
-        alpha *= opacity_at_pixels(drawing, layer, window)
+        np.multiply(coverages[layer], opacity_at_pixels(drawing, layer, window), out=alphas[layer])
     return alphas
 
 

@@ -24,6 +24,21 @@ FLAT, BEND = 0.6 / 255, 2.1 / 255
 FLAT_SHARE, DRIFT_SHARE = 0.1, 0.5
 
 
+def _within(extreme: np.ufunc, image: FloatArray) -> FloatArray:
+    """Return the largest or the smallest values within 3 x 3 pixels, by `np.maximum` or `np.minimum`: (H, W, C).
+
+    By shifted views: a third of the time of ndimage's filters.
+    """
+    for axis in (0, 1):
+        interruption.check()
+        values = np.moveaxis(image, axis, 0)
+        found = values.copy()
+        extreme(found[1:], values[:-1], out=found[1:])
+        extreme(found[:-1], values[1:], out=found[:-1])
+        image = np.moveaxis(found, 0, axis)
+    return image
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class Changes:
     """Colour changes from pixel to pixel."""
@@ -36,13 +51,13 @@ class Changes:
     @classmethod
     def of(cls, image: FloatArray) -> Changes:
         """Measure the colour changes of a picture (H, W, C)."""
-        size = (3, 3, 1)
-        span = ndimage.maximum_filter(image, size) - ndimage.minimum_filter(image, size)
+        span = _within(np.maximum, image) - _within(np.minimum, image)
         bend = np.zeros(image.shape[:2])
         for axis in (0, 1):
             interruption.check()
             bends = ndimage.convolve1d(image, [1.0, -2.0, 1.0], axis=axis, mode="nearest")
             bend = np.maximum(bend, np.abs(bends).max(axis=-1))
+        interruption.check()
         down, right = (np.abs(np.diff(image, axis=axis)).max(axis=-1) for axis in (0, 1))
         return cls(span.max(axis=-1) <= FLAT, bend <= BEND, right, down)
 

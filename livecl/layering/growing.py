@@ -55,7 +55,9 @@ def grown(labels: IntArray, image: FloatArray, prices: Sequence[float]) -> Itera
             while len(pairs):
                 interruption.check()
                 pairs = _distinct(pairs, count)
+                interruption.check()
                 moved = _moves(pairs, area, sums / area[:, None], most)
+                interruption.check()
                 gone = np.flatnonzero(moved != np.arange(count))
                 if not len(gone):
                     break
@@ -66,6 +68,7 @@ def grown(labels: IntArray, image: FloatArray, prices: Sequence[float]) -> Itera
             if most >= price:
                 break
             most *= STEP
+        interruption.check()
         yield np.unique(owner, return_inverse=True)[1][labels]
 
 
@@ -80,6 +83,7 @@ def _moves(pairs: IntArray, area: FloatArray, means: FloatArray, most: float) ->
     """Return the region into which each merges, itself if it stays: (N,)."""
     one, other = pairs.T
     cost = area[one] * area[other] / (area[one] + area[other]) * np.square(means[one] - means[other]).sum(axis=1)
+    interruption.check()
     order = np.argsort(-cost, kind="stable")
     best = np.full(len(area), -1)
     best[pairs[order].ravel()] = np.repeat(order, 2)  # the last one written is the cheapest

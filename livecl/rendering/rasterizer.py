@@ -25,7 +25,7 @@ __all__ = ["DeviceImage", "DistanceWeight", "Gradients", "Rasterizer"]
 
 
 #: Most numbers of coverages that are fetched at once: 0.1 s of work, after which a run may be interrupted.
-MOST_COVERAGES = 1 << 23
+MOST_COVERAGES = 1 << 22
 
 
 class Rasterizer(BatchRendering):
@@ -112,7 +112,9 @@ class Rasterizer(BatchRendering):
             layers = np.arange(first, min(first + together, drawing.num_layers))
             start, end = drawing.segment_offsets[[layers[0], layers[-1] + 1]]
             some = None if pieces is None else np.asarray(pieces)[start:end]
-            coverages[layers] = self._coverages(drawing.layer_subset(layers), some)
+            planes = DeviceImage(self._workspace.loaded(drawing.layer_subset(layers)).cover(some), len(layers))
+            interruption.check()
+            coverages[first : layers[-1] + 1] = np.moveaxis(self.download(planes), -1, 0)
         return coverages
 
     def _coverages(self, drawing: Drawing, pieces: ArrayLike | None) -> NDArray[Any]:

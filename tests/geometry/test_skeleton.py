@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import ndimage
 from skimage.draw import disk, polygon2mask
 
+from livecl.geometry import skeleton
 from livecl.geometry.skeleton import center_lines
 
 
@@ -86,3 +88,17 @@ def test_a_branch_ends_in_the_middle_of_the_other_line() -> None:
 
 def test_nothing_has_no_lines() -> None:
     assert center_lines(np.zeros((20, 30), bool)) == []
+
+
+def test_many_crossings_take_time_in_proportion(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of what is drawn together, only branches that meet it are looked at again: 8 times the crossings, 8 times."""
+    counts = []
+    looked = skeleton._Graph._is_bridge
+    for number in (4, 12):  # lines each way
+        mask = np.zeros((12 * number, 12 * number), bool)
+        mask[6::12], mask[:, 6::12] = True, True
+        calls: list[None] = []
+        monkeypatch.setattr(skeleton._Graph, "_is_bridge", lambda *a, c=calls: c.append(None) or looked(*a))  # type: ignore[func-returns-value]
+        assert len(center_lines(ndimage.binary_dilation(mask, np.ones((2, 2))))) == 2 * number
+        counts.append(len(calls))
+    assert counts[1] < 2 * 9 * counts[0]

@@ -114,6 +114,7 @@ def test_a_start_of_other_proportions_is_refused() -> None:
         ({"seed": -1}, "seed: got -1"),
         ({"seed": True}, "seed: got True"),
         ({"size": -1}, "size: got -1"),
+        ({"size": 1}, "size: got 1, wanted a whole number of pixels, at least 16, or 0"),
         ({"precision": 10}, "precision: got 10"),
         ({"layers": "groups"}, "layers: got 'groups', wanted 'inkscape' or 'plain'"),
         ({"lock": (0,)}, "lock: names layers of a drawing"),

@@ -220,12 +220,14 @@ class _Judge:
         if fills[0][3] < 1:
             fills.append(paint_over(self._stack.image[window][pixels].mean(axis=0), region.color))
         filled, inner = filled_and_holes(pixels, SMALL_REGION)
+        interruption.check()
         masks = [(window, filled)]
         if self._options.shape == "outline":
             opened = self._opened(window, filled, inner, region.color)
             if opened is not None:
                 masks.append((window, opened))
         if self._options.holes and self._options.shape == "outline":
+            interruption.check()
             completion = amodally_completed(whole, region.alike, self._stack.hidden)
             reach = completion.reach
             if completion.mask is not None:
@@ -247,6 +249,7 @@ class _Judge:
         bare = self._stack.transmittances[0][window]
         opened = []
         for hole in inner[: SEARCH.holes]:
+            interruption.check()
             painted = np.square(visible_error(target[hole] - color)).sum()
             shows_ground = bare[hole].min() > BARE and np.median(error[hole]) <= SAME_COLOR**2
             if error[hole].sum() < painted and (self._options.holes or shows_ground):

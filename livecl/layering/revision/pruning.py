@@ -55,9 +55,18 @@ def needed_layers(context: Context, drawing: Drawing, least: float, free: NDArra
 
 
 def _hidden(alphas: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return which layers of alphas (N, H, W) are almost covered by those above; never translucent ones: (N,)."""
-    shown = (visible_shares(alphas) > VISIBLE_SHARE).sum(axis=(1, 2))
-    return shown < HIDDEN_SHARE * (alphas > VISIBLE_SHARE).sum(axis=(1, 2))
+    """Return which layers of alphas (N, H, W) are all but covered by those above; no translucent ones: (N,)."""
+    shown, covered = _visible_pixels(visible_shares(alphas)), _visible_pixels(alphas)
+    return np.asarray(shown < HIDDEN_SHARE * covered)
+
+
+def _visible_pixels(shares: NDArray[Any]) -> NDArray[np.int64]:
+    """Return in how many pixels each of shares (N, H, W) is visible: (N,)."""
+    counts = np.zeros(len(shares), np.int64)
+    for layer, share in enumerate(shares):
+        interruption.check()
+        counts[layer] = np.count_nonzero(share > VISIBLE_SHARE)
+    return counts
 
 
 def least_useful(context: Context, drawing: Drawing) -> NDArray[np.intp]:

@@ -132,7 +132,9 @@ def flatness(image: NDArray[np.floating]) -> tuple[float, float, int]:
     """Return quick measures: the shares of pixels in flat cores and of small steps (slopes), the number of cores."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
     steps = np.concatenate([np.abs(np.diff(pixels, axis=axis)).max(axis=-1).ravel() for axis in (0, 1)])
+    interruption.check()
     labels = _cores(pixels, _step(pixels))
+    interruption.check()
     slopes = float(np.mean((steps > CLEAN_STEP) & (steps <= SLOPE_STEP))) if len(steps) else 0.0
     return float(np.mean(labels > 0)), slopes, int(labels.max())
 
@@ -164,6 +166,7 @@ def clean_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> Fl
     """Segment a picture assumed to have no noise into flat regions."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
     labels = _cores(pixels, _step(pixels))
+    interruption.check()
     return _resolved(pixels, labels, means_of(labels, pixels), miss, 0.0)
 
 
@@ -188,6 +191,7 @@ def _cores(image: FloatArray, step: float) -> IntArray:
     labels = grid_components(
         np.abs(np.diff(image, axis=1)).max(axis=-1) <= step, np.abs(np.diff(image, axis=0)).max(axis=-1) <= step
     )
+    interruption.check()
     corner = labels[1:, 1:]
     block = (corner == labels[:-1, :-1]) & (corner == labels[1:, :-1]) & (corner == labels[:-1, 1:])
     has_block = np.zeros(labels.max() + 1, bool)
@@ -201,10 +205,12 @@ def add_cores(
     """Make a core of the worst pixel of each unexplained patch and similar pixels around it; changes `labels`."""
     missed = np.zeros(labels.shape)
     missed[mixture.rows, mixture.columns] = np.minimum(mixture.miss, 9)
+    interruption.check()
     patches, count = ndimage.label(missed > miss, _SQUARE)
     boxes = ndimage.find_objects(patches)
     new_colors: list[FloatArray] = []
     for patch, worst in enumerate(ndimage.maximum_position(missed, patches, np.arange(1, count + 1)), start=1):
+        interruption.check()
         box = boxes[patch - 1]
         inside = patches[box] == patch
         if inside.sum() < (SMALLEST_NOISY if noise else 2) and (noise or missed[worst] < SINGLE_MISS):
@@ -245,17 +251,20 @@ def regions_of(
         miss[labels == 0] = 1.0
         labels = labels[tuple(nearest)]
         other = np.where(other == 0, labels, other)
+    interruption.check()
     parts = grid_components(
         labels[:, 1:] == labels[:, :-1],
         labels[1:] == labels[:-1],
         labels[1:, 1:] == labels[:-1, :-1],
         labels[1:, :-1] == labels[:-1, 1:],
     )
+    interruption.check()
     cores = np.zeros(parts.max() + 1, np.int64)
     cores[parts.ravel()] = labels.ravel()
     certain = np.ones(len(cores), bool) if sure is None else sure[cores]
     smallest = SMALLEST_NOISY if noise else SMALLEST
     parts = without_small(parts, colors[cores], smallest, miss_of_blends, certain, noise)
+    interruption.check()
     kept, parts = np.unique(parts, return_inverse=True)
     parts = parts.reshape(size)
     found = colors[cores[kept]], np.bincount(parts.ravel()), cores[kept]

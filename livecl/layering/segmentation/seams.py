@@ -62,6 +62,7 @@ def find_seams(
     if not len(rows):
         return seams
     touching = _touching(labels, len(colors))
+    interruption.check()
     _, kinds = np.unique(np.round(colors * 255), axis=0, return_inverse=True)
     padded = np.pad(labels, REACH)
     offsets = np.arange(2 * REACH + 1)
@@ -69,6 +70,7 @@ def find_seams(
     windows.sort(axis=1)
     windows[:, 1:][windows[:, 1:] == windows[:, :-1]] = 0
     windows.sort(axis=1)
+    interruption.check()
     sides, group = np.unique(windows, axis=0, return_inverse=True)
     order = np.argsort(group.ravel(), kind="stable")
     ends = np.cumsum(np.bincount(group.ravel(), minlength=len(sides)))
@@ -91,6 +93,7 @@ def _touching(labels: IntArray, count: int) -> BoolArray:
     """Return which cores touch, up to the blends between them: (K + 1, K + 1)."""
     touching = np.zeros((count, count), bool)
     for step in range(1, REACH + 2):
+        interruption.check()
         for a, b in ((labels[step:], labels[:-step]), (labels[:, step:], labels[:, :-step])):
             touching[a, b] = touching[b, a] = True
     touching[0] = touching[:, 0] = False

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -32,6 +34,7 @@ def without_small(
     sizes = np.bincount(parts.ravel())
     boxes = ndimage.find_objects(parts + 1)
     for part in np.argsort(sizes, kind="stable"):
+        interruption.check()
         if sizes[part] >= smallest and not noise and (sure[part] or sizes[part] >= BLENDED * smallest):
             continue
         box = tuple(slice(max(s.start - 1, 0), s.stop + 1) for s in boxes[part])

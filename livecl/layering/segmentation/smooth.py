@@ -195,6 +195,7 @@ def smooth_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, 
     _mixed(pixels, labels)
     labels, overlaid = absorbed_cores(pixels, labels, price, kinds, overlaid)
     mixture = explain(pixels, labels, None)
+    interruption.check()
     inner = labels > 0
     flat = regions_of(pixels, labels, means_of(labels, pixels), mixture)
     found = SmoothRegions(**vars(flat), image=pixels, price=price, kinds=kinds, inner=inner)

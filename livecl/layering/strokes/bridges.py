@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
 from livecl.layering.strokes.lines import RULES, InkTrace, StrokeRules
 
 FloatArray = NDArray[np.float64]
@@ -33,6 +34,7 @@ def bridged(traces: list[InkTrace], covered: FloatArray, rules: StrokeRules = RU
     """
     traces = list(traces)
     while True:
+        interruption.check()
         ends = [(index, at) for index, trace in enumerate(traces) if not trace.closed for at in (0, 1)]
         gaps = []
         for (i, one), (j, other) in itertools.combinations(ends, 2):

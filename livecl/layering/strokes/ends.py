@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from livecl import interruption
 from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import evaluate
@@ -66,6 +67,7 @@ def lengthened(lines: list[FloatArray], is_open: BoolArray, width: float, by: fl
     samples = [_samples(rows, gap, width) for rows, gap in zip(lines, is_open, strict=True)]
     found = []
     for number, (rows, gap) in enumerate(zip(lines, is_open, strict=True)):
+        interruption.check()
         others = [points for other, points in enumerate(samples) if other != number]
         rows = rows.copy()
         for end, inwards in ((0, 1), (-1, -1)):

@@ -97,6 +97,7 @@ def _paint_order(coverages: NDArray[Any], colors: FloatArray, target: FloatArray
     errors = [np.square(target[..., :3] - color[:3]).sum(axis=2) for color in colors]
     above = np.zeros((count, count))
     for i, j in itertools.combinations(range(count), 2):
+        interruption.check()
         shared = np.minimum(coverages[i], coverages[j])
         evidence = float((shared * (errors[j] - errors[i])).sum())
         above[i, j], above[j, i] = max(evidence, 0.0), max(-evidence, 0.0)
@@ -138,6 +139,7 @@ def best_pen(
     plain, is_open = [line.points for line in lines], np.array([not line.closed for line in lines])
     options = []
     for cap, join in ((ROUND, ROUND), (BUTT, MITER), (ROUND, MITER)):
+        interruption.check()
         rows = lengthened(plain, is_open, width, width / 2) if cap == BUTT else plain
         layer = Drawing.from_outlines(
             [rows],

@@ -9,11 +9,12 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
-from scipy.spatial import cKDTree
 
+from livecl import interruption
 from livecl.geometry.ellipses import ellipse_through
 from livecl.geometry.open_fitting import MIN_TURN, fit_line
 from livecl.geometry.skeleton import CenterLine, center_lines
+from livecl.layering.strokes.thick import thick_parts
 
 FloatArray = NDArray[np.float64]
 
@@ -162,9 +163,11 @@ def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[
         ndimage.zoom(values, rules.oversampling, order=1, grid_mode=True, mode="nearest") for values in (smooth, half)
     )
     shapes, num_shapes = ndimage.label(fine > border, np.ones((3, 3)))
+    interruption.check()
     kept: list[CenterLine] = []
     usual = np.zeros(num_shapes + 1)  # half width of each shape's longest line
     for line in center_lines(fine > border):
+        interruption.check()
         for part in _even_parts(line, rules):
             column, row = part.points[len(part.points) // 2].astype(int)
             shape, radius = shapes[row, column], float(np.median(part.radii))
@@ -177,38 +180,14 @@ def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[
         InkTrace(_smoothed(part, rules) / rules.oversampling, part.radii / rules.oversampling, part.closed)
         for part in kept
     ]
+    interruption.check()
     boxes = ndimage.find_objects(shapes)
     blobs = [(shapes[box] == number, box) for number, box in enumerate(boxes, 1) if not usual[number]]
-    spots = [_spot(blob, box, rules) for blob, box in [*blobs, *_thick_parts(shapes, usual, kept, rules)]]
+    spots = [
+        _spot(blob, box, rules)
+        for blob, box in [*blobs, *thick_parts(shapes, usual, kept, (rules.thick, rules.same_width, rules.drawn))]
+    ]
     return [trace for trace in traces if len(trace.points) > 1], [spot for spot in spots if spot is not None]
-
-
-def _thick_parts(
-    shapes: NDArray[np.integer], usual: FloatArray, lines: list[CenterLine], rules: StrokeRules
-) -> list[tuple[NDArray[np.bool_], tuple[slice, slice]]]:
-    """Return the parts of shapes (H, W) thicker than their lines, such as note heads or dots, with their boxes.
-
-    They are a morphological opening of the shape, by a disc that fits neither its lines nor two of them crossing; parts
-    that are lines themselves are excluded. `usual` (N,) is the half width of each shape's longest line, 0 if it has
-    none.
-    """
-    inside = ndimage.distance_transform_edt(shapes > 0)
-    radii = rules.thick * usual[shapes]
-    core = (radii > 0) & (inside > radii)
-    if not core.any():
-        return []
-    away, (rows, columns) = ndimage.distance_transform_edt(~core, return_indices=True)
-    parts, _ = ndimage.label((away <= radii[rows, columns]) & (shapes > 0))
-    found = []
-    for number, box in enumerate(ndimage.find_objects(parts), 1):
-        blob = parts[box] == number
-        places = np.argwhere(blob)[:, ::-1] + [box[1].start + 0.5, box[0].start + 0.5]
-        drawn = np.zeros(len(places), bool)
-        for line in lines:
-            drawn |= cKDTree(line.points).query(places)[0] <= rules.same_width * float(np.median(line.radii))
-        if drawn.mean() < rules.drawn:
-            found.append((blob, box))
-    return found
 
 
 def fitted_line(trace: InkTrace, coverage: FloatArray, rules: StrokeRules = RULES) -> Line:
@@ -312,6 +291,7 @@ def _spot(mask: NDArray[np.bool_], box: tuple[slice, slice], rules: StrokeRules)
     A line of length l and radius r has area pi r^2 + 2 l r, and its variance along exceeds that across by that of l:
     l^2 / 12 for the middle part, and nearly so with the ends.
     """
+    interruption.check()
     places = np.argwhere(mask)[:, ::-1] + 0.5
     if len(places) < rules.oversampling**2:
         return None

@@ -94,6 +94,7 @@ class _Redrawing:
             drawing = changed
         for tolerance in TOLERANCES:
             for index, line in enumerate(self.lines):
+                interruption.check()
                 fewer = _rows_of(line, tolerance)
                 if len(fewer) < len(self.rows[index]):
                     drawing = self._tried(drawing, self.lines, [*self.rows[:index], fewer, *self.rows[index + 1 :]])
@@ -244,6 +245,7 @@ def _rows_of(line: _Line, tolerance: float = TOLERANCES[0]) -> FloatArray:
     stops = range(0, len(points), SAMPLES // 4)
     best: list[tuple[float, float, int]] = [(0, 0.0, -1)]
     for j in range(1, len(stops)):
+        interruption.check()
         options: list[tuple[float, float, int]] = []
         for i in range(max(0, j - 4 * SPAN), j):
             if options and best[i][0] + 1 > min(options)[0]:
