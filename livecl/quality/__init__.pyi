@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+from .center_lines import LineScores as LineScores
+from .center_lines import score_lines as score_lines
 from .colors import color_difference as color_difference
 from .colors import colors_in_picture as colors_in_picture
 from .colors import main_colors as main_colors
@@ -26,6 +28,7 @@ from .things_sheet import draw_things as draw_things
 __all__ = [
     "DISTURBANCES",
     "LayerMeasures",
+    "LineScores",
     "OutlineScores",
     "ThingScores",
     "Things",
@@ -42,6 +45,7 @@ __all__ = [
     "num_parameters",
     "psnr",
     "score_drawing",
+    "score_lines",
     "score_outlines",
     "score_things",
     "self_crossing",

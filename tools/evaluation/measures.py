@@ -95,12 +95,13 @@ def measure(svg: Path, target: FloatImage, rasterizer: Rasterizer, true: Path | 
 
 
 def _against(true: Path, data: bytes, drawing: Drawing) -> dict[str, Any]:
-    """Return the scores of an SVG and its drawing by the true SVG: whole shapes, outlines, size, colours."""
+    """Return the scores of an SVG and its drawing by the true SVG: shapes, outlines, centre lines, size, colours."""
     size = ENLARGED * drawing.size[0], ENLARGED * drawing.size[1]
     artist = true_drawing(true)
     return {
         **dataclasses.asdict(quality.score_drawing(artist, drawing)),
         **dataclasses.asdict(quality.score_outlines(artist, drawing)),
+        **(dataclasses.asdict(quality.score_lines(artist, drawing)) if artist.strokes.any else {}),
         "numbers": quality.count_numbers(data),
         "true_numbers": quality.count_numbers(true.read_bytes()),
         "true_segments": artist.num_segments,

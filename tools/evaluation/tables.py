@@ -50,6 +50,9 @@ SUMMARY: dict[str, tuple[str, Callable[[Any], str]]] = {
     "level_exact": ("level", "{:.0%}".format),
     "displacement": ("edge px", "{:.3f}".format),
     "edge_missed": ("missed", "{:.1%}".format),
+    "line_distance_mean": ("lines px", "{:.2f}".format),
+    "line_width_off_mean": ("widths off", "{:.1%}".format),
+    "line_nodes_mean": ("nodes", "{:.2f}".format),
     "more_layers": ("layers x", "{:.2f}".format),
     "more_cubics": ("cubics x", "{:.2f}".format),
 }
