@@ -18,6 +18,7 @@ from livecl.layering.outlines.contours import Outlines
 from livecl.layering.outlines.prices import PRICES
 from livecl.layering.segmentation.flat import FlatRegions, clean_regions, flatness, noisy_regions
 from livecl.layering.segmentation.smooth import SmoothRegions, smooth_regions, smoothness, unmixed
+from livecl.layering.structure.depth import ground_regions, screens
 from livecl.layering.structure.layers import Layer, find_layers
 from livecl.layering.structure.mosaic import MOST_PARTS, Mosaic, mosaic_of
 from livecl.layering.structure.parts import with_more_parts, with_parts
@@ -185,9 +186,14 @@ def _explained(outlines: Outlines, ground: FloatArray, most: int) -> Structure |
 
 
 def _explanations(outlines: Outlines, ground: FloatArray) -> Iterator[Structure]:
-    """Yield explanations, the cheapest first, then with layers that hide visible regions joined with no others."""
+    """Yield explanations: the cheapest, the same with all views through holes, then with fewer and fewer joins.
+
+    Layers that hide visible regions are joined with no others.
+    """
     found, apart = _of_outlines(outlines, ground), set[int]()
     yield found
+    if screens(outlines, ground_regions(outlines, ground)):
+        yield _of_outlines(outlines, ground, all_views=True)
     while hiding := found.mistaken_by(LAYER_MISTAKEN):
         apart.update(*(layer.shown for layer in hiding))
         again = _of_outlines(outlines, ground, apart)
@@ -229,9 +235,11 @@ def _judged(found: Structure, most: int) -> Structure | None:
     return found.united(most) if len(found.ranked) and found.mistaken <= MAX_MISTAKEN else None
 
 
-def _of_outlines(outlines: Outlines, ground: FloatArray, apart: AbstractSet[int] = frozenset()) -> Structure:
+def _of_outlines(
+    outlines: Outlines, ground: FloatArray, apart: AbstractSet[int] = frozenset(), *, all_views: bool = False
+) -> Structure:
     regions = outlines.regions
-    layers, size = find_layers(outlines, ground, PRICES, apart), regions.labels.shape
+    layers, size = find_layers(outlines, ground, PRICES, apart, all_views), regions.labels.shape
     if isinstance(regions, SmoothRegions):
         layers = [one for layer in layers for one in (layer, *_over(layer, regions))]
     masks = np.array([mask_of(layer, size) for layer in layers], bool).reshape(-1, *size)

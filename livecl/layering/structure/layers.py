@@ -85,17 +85,19 @@ def find_layers(
     ground: FloatArray,
     prices: Prices = PRICES,
     apart: AbstractSet[int] = frozenset(),
+    all_views: bool = False,
 ) -> list[Layer]:
     """Find the layers of a flat picture over a ground of a colour (C,), the lowest first.
 
-    Regions in `apart` are not joined with others.
+    Regions in `apart` are not joined with others. With `all_views`, each hole that may show what lies behind does so,
+    whatever that costs.
     """
     regions = outlines.regions
     behind = ground_regions(outlines, ground)
     seen_through = screens(outlines, behind)
     nodes = [k for k in range(outlines.count) if k not in behind]
     front, markings = evidence(outlines, nodes, prices)
-    seen_through = [screen for screen in seen_through if worth_it(screen, outlines, front, prices)]
+    seen_through = [screen for screen in seen_through if all_views or worth_it(screen, outlines, front, prices)]
     for screen in seen_through:
         for k in screen.behind:
             front.pop((k, screen.front), None)
