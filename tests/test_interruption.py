@@ -71,18 +71,7 @@ def discs() -> NDArray[np.float32]:
     return image
 
 
-def lines() -> NDArray[np.float32]:
-    """Many lines across each other."""
-    rng = np.random.default_rng(7)
-    image = np.ones((150, 180, 3), np.float32)
-    for _ in range(24):
-        ends = rng.uniform(0, (150, 180), (2, 2))
-        for row, column in np.linspace(*ends, 400).astype(int):
-            image[row : row + 3, column : column + 3] = 0.1
-    return image
-
-
-@pytest.mark.parametrize("picture", [photograph, discs, lines])
+@pytest.mark.parametrize("picture", [photograph, discs])
 def test_a_run_stops_wherever_it_is(picture: object, device: int) -> None:
     """Ended after a hundredth, a third, most of what it asks in all, it returns at once with what it has."""
     assert callable(picture)
@@ -95,7 +84,7 @@ def test_a_run_stops_wherever_it_is(picture: object, device: int) -> None:
         gaps.append(time.thread_time() - latest)
         latest = time.thread_time()
 
-    options = livecl.Options(iterations=2, revisions=1, strokes="auto" if picture is lines else "off")
+    options = livecl.Options(iterations=2, revisions=1)
     whole = livecl.vectorize(image, 6, options=options, device=device, control=Control(stop=counted))
     assert whole.stopped is None and max(gaps[1:]) < LONGEST
     for share in (0.01, 0.3, 0.9):

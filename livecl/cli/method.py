@@ -51,7 +51,7 @@ def palette_text(text: str) -> str:
     Raises argparse.ArgumentTypeError if a file holds none, or text that reads like the name of a file is none.
     """
     if not Path(text).is_file():
-        if Path(text).is_dir() or re.search(r"[^\s,()]\.[A-Za-z]\w*$", text):
+        if text and (Path(text).is_dir() or re.search(r"[^\s,()]\.[A-Za-z]\w*$", text)):
             raise argparse.ArgumentTypeError(f"{text}: there is no such file; colours are such as #rrggbb,navy")
         return text
     content = Path(text).read_text(encoding="utf-8", errors="replace")

@@ -36,8 +36,8 @@ HOST_STEPS = (
 RUN_PARTS = (
     ("placement", "livecl.run.phases", "place_paths"),
     ("iterations", "livecl.run.run", "Run.step"),
-    ("merging", "livecl.run.run", "merge_neighbors"),
-    ("pruning", "livecl.run.run", "needed_layers"),
+    ("merging", "livecl.run.outcome", "merge_neighbors"),
+    ("pruning", "livecl.run.outcome", "needed_layers"),
     ("choice", "livecl.run.phases", "least_useful"),
 )
 #: What follows a run: label, and how its files are written.
