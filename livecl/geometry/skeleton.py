@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.geometry.branches import Branch, branches_of
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Largest cosine between the directions of two branches, both pointing away from a junction, that form one line: 140
 #: degrees.
@@ -56,14 +56,6 @@ class CenterLine:
         return float(np.hypot(*steps.T).sum())
 
 
-@dataclasses.dataclass(eq=False)
-class _Branch:
-    """Points (n, 2) as (row, column) from one node to another, by number; a loop has no nodes."""
-
-    points: FloatArray
-    nodes: tuple[int, int] | None
-
-
 def center_lines(mask: NDArray[np.bool_]) -> list[CenterLine]:
     """Return the centre lines of the thin shapes of a mask (H, W), the longest first."""
     from skimage.morphology import skeletonize
@@ -74,7 +66,7 @@ def center_lines(mask: NDArray[np.bool_]) -> list[CenterLine]:
     interruption.check()
     radii = ndimage.distance_transform_edt(mask)
     interruption.check()
-    branches, places = _graph(skeleton)
+    branches, places = branches_of(skeleton)
     graph = _Graph(branches, places, radii)
     graph.drop_spurs()
     graph.contract_bridges()
@@ -82,69 +74,10 @@ def center_lines(mask: NDArray[np.bool_]) -> list[CenterLine]:
     return sorted(lines, key=lambda line: -line.length)
 
 
-def _graph(skeleton: NDArray[np.bool_]) -> tuple[list[_Branch], list[FloatArray]]:
-    """Return the branches of a skeleton, and the place (row, column) of each node, an end or a junction.
-
-    Pixels with three neighbours or more are junctions, one for each cluster; the rest falls apart into branches.
-    """
-    around = np.ones((3, 3), np.int64)
-    count = ndimage.convolve(skeleton.astype(np.int64), around, mode="constant") - 1
-    junctions, num_junctions = ndimage.label(skeleton & (count >= 3), around)
-    parts, num_parts = ndimage.label(skeleton & (junctions == 0), around)
-    inner = ndimage.convolve((parts > 0).astype(np.int64), around, mode="constant") - 1
-    at = np.argwhere(junctions)
-    sums = np.stack([np.bincount(junctions[tuple(at.T)] - 1, side, num_junctions) for side in at.T], axis=1)
-    places = list(sums / np.bincount(junctions[tuple(at.T)] - 1, minlength=num_junctions)[:, None])
-    branches = []
-    for box, number in zip(ndimage.find_objects(parts), range(1, num_parts + 1), strict=True):
-        interruption.check()
-        corner = np.array([box[0].start, box[1].start])
-        pixels = _in_order(np.argwhere(parts[box] == number) + corner, inner)
-        if len(pixels) > 2 and inner[tuple(pixels[0])] == 2:
-            branches.append(_Branch(pixels.astype(np.float64), None))
-            continue
-        touched = [_junctions_at(junctions, pixels[0]), _junctions_at(junctions, pixels[-1])]
-        if len(pixels) == 1 and len(touched[0]) > 1:
-            touched = [touched[0][:1], touched[0][1:]]
-        elif len(pixels) == 1:
-            touched[1] = []
-        nodes = []
-        for side, pixel in zip(touched, (pixels[0], pixels[-1]), strict=True):
-            if not side:
-                places.append(pixel.astype(np.float64))
-            nodes.append(side[0] - 1 if side else len(places) - 1)
-        branches.append(_Branch(pixels.astype(np.float64), (nodes[0], nodes[1])))
-    return branches, places
-
-
-def _in_order(pixels: IntArray, inner: IntArray) -> IntArray:
-    """Return the pixels of a branch from one end to the other, or around a loop."""
-    left = {(int(row), int(column)) for row, column in pixels}
-    start = min((at for at in left if inner[at] < 2), default=min(left))
-    run = [start]
-    left.discard(start)
-    while left:
-        row, column = run[-1]
-        steps = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
-        following = next(((row + i, column + j) for i, j in steps if (row + i, column + j) in left), None)
-        if following is None:
-            break
-        run.append(following)
-        left.discard(following)
-    return np.array(run)
-
-
-def _junctions_at(junctions: NDArray[np.integer], pixel: IntArray) -> list[int]:
-    """Return the junctions that a pixel touches."""
-    row, column = pixel
-    near = junctions[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
-    return [int(number) for number in np.unique(near[near > 0])]
-
-
 class _Graph:
     """The branches between nodes, as they are simplified."""
 
-    def __init__(self, branches: list[_Branch], places: list[FloatArray], radii: FloatArray) -> None:
+    def __init__(self, branches: list[Branch], places: list[FloatArray], radii: FloatArray) -> None:
         self.branches = branches
         self.places = places
         self.radii = radii
@@ -166,9 +99,9 @@ class _Graph:
         row, column = np.rint(self.places[node]).astype(int)
         return self._half_widths[int(self._shapes[row, column])]
 
-    def _by_node(self) -> list[list[tuple[_Branch, int]]]:
+    def _by_node(self) -> list[list[tuple[Branch, int]]]:
         """Return the ends at each node: branches in their order, and the side of each, 0 or 1."""
-        ends: list[list[tuple[_Branch, int]]] = [[] for _ in self.places]
+        ends: list[list[tuple[Branch, int]]] = [[] for _ in self.places]
         for branch in self.branches:
             for side, node in enumerate(branch.nodes or ()):
                 ends[node].append((branch, side))
@@ -177,9 +110,9 @@ class _Graph:
     def drop_spurs(self) -> None:
         """Drop branches that end within the shape's width from a junction, the shortest first."""
         ends, order = self._by_node(), {branch: number for number, branch in enumerate(self.branches)}
-        spurs: dict[_Branch, tuple[float, int]] = {}
+        spurs: dict[Branch, tuple[float, int]] = {}
 
-        def look_at(branch: _Branch) -> None:
+        def look_at(branch: Branch) -> None:
             spurs.pop(branch, None)
             if branch.nodes is None:
                 return
@@ -201,7 +134,7 @@ class _Graph:
                     look_at(branch)
         self.branches = [branch for branch in self.branches if branch not in gone]
 
-    def _is_spur(self, branch: _Branch, junction: int) -> bool:
+    def _is_spur(self, branch: Branch, junction: int) -> bool:
         """Whether a branch only leads from the middle of the shape to a corner of its border."""
         points = branch.points if branch.nodes is not None and branch.nodes[0] == junction else branch.points[::-1]
         length, radius = _length(points), min(self._radius(junction), WIDEST * self._half_width(junction))
@@ -216,7 +149,7 @@ class _Graph:
         With each, only the branches that meet there are looked at again, and those further on.
         """
         ends = self._by_node()
-        order, gone = {branch: number for number, branch in enumerate(self.branches)}, set[_Branch]()
+        order, gone = {branch: number for number, branch in enumerate(self.branches)}, set[Branch]()
         left = list(range(len(self.branches)))  # a heap: the first that may be a bridge comes first
         waiting = set(left)
         while left:
@@ -241,7 +174,7 @@ class _Graph:
                     heapq.heappush(left, order[branch])
         self.branches = [branch for branch in self.branches if branch not in gone]
 
-    def _is_bridge(self, branch: _Branch, ends: list[list[tuple[_Branch, int]]]) -> bool:
+    def _is_bridge(self, branch: Branch, ends: list[list[tuple[Branch, int]]]) -> bool:
         """Whether a branch joins two junctions within the shape's width, or of a crossing at a small angle."""
         if branch.nodes is None or branch.nodes[0] == branch.nodes[1]:
             return False
@@ -292,7 +225,7 @@ class _Graph:
                 return i, j
         return None
 
-    def _direction(self, branch: _Branch, side: int, node: int) -> FloatArray:
+    def _direction(self, branch: Branch, side: int, node: int) -> FloatArray:
         """Return the unit direction in which a branch leaves a node, measured beyond the node's own width."""
         points = branch.points if side == 0 else branch.points[::-1]
         distance = np.hypot(*(points - points[0]).T)

@@ -9,8 +9,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from skimage.draw import polygon2mask
+from support.small_drawings import (
+    BLUE,
+    GREEN,
+    GREY,
+    RED,
+    SIZE,
+    WHITE,
+    YELLOW,
+    X,
+    Y,
+    box,
+    check,
+    disc,
+    found,
+    overlap,
+    picture,
+)
 
 from livecl import read_image
 from livecl.geometry.crossings import polygon_crossing_area
@@ -21,63 +37,6 @@ from livecl.layering.segmentation.flat import flat_regions
 from livecl.layering.structure.layers import find_layers
 from livecl.layering.structure.parts import with_parts
 from livecl.layering.structure.twins import few_alike
-
-SIZE = (96, 96)
-FINE = 4  # samples of a pixel's side
-RED, GREEN, BLUE, YELLOW = (0.9, 0.2, 0.2), (0.2, 0.7, 0.3), (0.15, 0.3, 0.75), (0.97, 0.85, 0.25)
-WHITE, GREY = (1.0, 1.0, 1.0), (0.6, 0.6, 0.6)
-
-Mask = NDArray[np.bool_]
-
-
-def _samples() -> tuple[NDArray[Any], NDArray[Any]]:
-    rows, columns = np.indices((FINE * SIZE[0], FINE * SIZE[1]))
-    return (columns + 0.5) / FINE, (rows + 0.5) / FINE
-
-
-X, Y = _samples()
-
-
-def disc(x: float, y: float, radius: float) -> Mask:
-    return np.asarray(np.hypot(X - x, Y - y) <= radius)
-
-
-def box(left: float, top: float, right: float, bottom: float) -> Mask:
-    return np.asarray((left <= X) & (right >= X) & (top <= Y) & (bottom >= Y))
-
-
-def picture(*layers: tuple[Mask, Any], ground: Any = WHITE) -> NDArray[np.float64]:
-    """Paint layers over a ground, at 8 bits, each pixel the mean of its samples."""
-    image = np.ones((*X.shape, 3)) * ground
-    for mask, color in layers:
-        image[mask] = color
-    mean = image.reshape(SIZE[0], FINE, SIZE[1], FINE, 3).mean(axis=(1, 3))
-    return np.asarray(np.round(255 * mean) / 255)
-
-
-def found(image: NDArray[Any], ground: Any = WHITE) -> list[tuple[Mask, NDArray[Any]]]:
-    layers = find_layers(with_parts(flat_regions(image), np.array(ground)), np.array(ground))
-    result = []
-    for layer in layers:
-        mask = np.zeros(SIZE, bool)
-        for points in layer.outlines:
-            mask ^= polygon2mask(SIZE, points[:, ::-1] - 0.5)
-        result.append((mask, layer.color))
-    return result
-
-
-def overlap(mask: Mask, wanted: Mask) -> float:
-    whole = wanted.reshape(SIZE[0], FINE, SIZE[1], FINE).mean(axis=(1, 3)) >= 0.5
-    return float((mask & whole).sum() / (mask | whole).sum())
-
-
-def check(image: NDArray[Any], *wanted: tuple[Mask, Any], ground: Any = WHITE, least: float = 0.95) -> None:
-    """The layers are these and no others, in this order."""
-    layers = found(image, ground)
-    assert len(layers) == len(wanted)
-    for (mask, color), (shape, paint) in zip(layers, wanted, strict=True):
-        assert np.abs(color - paint).max() < 0.02
-        assert overlap(mask, shape) > least
 
 
 def test_a_disc_behind_a_disc_is_whole() -> None:
@@ -150,52 +109,6 @@ def test_the_ground_is_seen_between_two_arms_that_meet_on_a_third() -> None:
     assert len(layers) == 5 and all(np.abs(color - WHITE).max() > 0.02 for _, color in layers)
 
 
-def test_what_lies_on_a_disc_makes_no_hole_in_it() -> None:
-    layers = (disc(48, 48, 34), YELLOW), (disc(40, 44, 8), BLUE), (disc(60, 50, 7), RED)
-    assert len(found(picture(*layers))) == 3
-    mask, color = found(picture(*layers))[0]
-    assert np.abs(color - YELLOW).max() < 0.02 and overlap(mask, layers[0][0]) > 0.98
-
-
-def test_a_ring_on_the_ground_has_a_hole() -> None:
-    ring = disc(48, 48, 34) & ~disc(48, 48, 22)
-    check(picture((ring, BLUE)), (ring, BLUE))
-
-
-def test_a_light_triangle_on_a_plate_is_a_shape_on_a_white_page_too() -> None:
-    plate = box(15, 15, 81, 81)
-    triangle = (Y <= 72) & (np.abs(X - 48) <= (Y - 22) / 2)
-    assert triangle.sum() > 0.25 * plate.sum()  # a hole as large of a ring shows the page
-    check(picture((plate, RED), (triangle, WHITE)), (plate, RED), (triangle, WHITE))
-
-
-def test_a_light_shape_unlike_its_plate_is_no_hole_though_it_is_central() -> None:
-    plate = box(14, 8, 74, 88)  # the distance of the ellipse from its sides deviates by about a seventh
-    ellipse = np.hypot((X - 44) / 18, (Y - 48) / 24) <= 1
-    button, play = disc(48, 48, 40), (X >= 37) & (np.abs(Y - 48) <= (69 - X) * 20 / 32)
-    for ground, light in ((plate, ellipse), (button, play)):
-        check(picture((ground, RED), (light, WHITE)), (ground, RED), (light, WHITE))
-
-
-def test_a_counter_like_its_letter_shows_the_page() -> None:
-    letter = (np.hypot((X - 48) / 30, (Y - 48) / 38) <= 1) & (np.hypot((X - 48) / 14, (Y - 48) / 24) > 1)
-    check(picture((letter, BLUE)), (letter, BLUE))
-    nut = (np.abs(Y - 48) <= 30) & (np.abs(X - 48) * np.sqrt(3) + np.abs(Y - 48) <= 60) & ~disc(48, 48, 18)
-    check(picture((nut, BLUE)), (nut, BLUE))  # evenly around it, whatever its shape
-
-
-def test_a_small_even_hole_shows_the_page() -> None:
-    bow, shaft = disc(30, 48, 18), box(44, 44, 86, 52)
-    key = (bow & ~disc(30, 48, 9)) | (shaft & ~bow)
-    assert 0.1 < 81 / (324 + 8 * 38 / np.pi) < 0.2  # its share: less than that of an uneven hole
-    check(picture((key, BLUE)), (key, BLUE))
-
-
-def test_a_ring_on_a_disc_shows_the_disc() -> None:
-    ring = disc(48, 48, 28) & ~disc(48, 48, 20)
-    check(picture((disc(48, 48, 40), YELLOW), (ring, RED)), (disc(48, 48, 40), YELLOW), (ring, RED))
-
-
 def test_a_bar_on_both_sides_of_a_disc_is_one() -> None:
     layers = (box(8, 40, 88, 54), GREEN), (disc(48, 47, 18), RED)
     check(picture(*layers), *layers)
@@ -218,35 +131,6 @@ def test_segments_of_a_ring_below_spots_are_one() -> None:
     spots = [(disc(48 + 32 * np.cos(a), 48 + 32 * np.sin(a), 8), YELLOW) for a in (0.3, 2.4, 4.5)]
     masks = [mask for mask, _ in found(picture((ring, BLUE), *spots))]
     assert len(masks) == 4 and overlap(masks[0], ring) > 0.95
-
-
-def test_white_letters_on_a_plate_are_shapes() -> None:
-    letter = box(30, 24, 40, 66) | box(30, 58, 60, 66)
-    layers = (box(12, 12, 84, 84), BLUE), (letter, WHITE)
-    check(picture(*layers), *layers)
-
-
-@pytest.mark.parametrize("color", [WHITE, RED])
-def test_a_shape_on_a_plate_that_is_cut_in_parts_is_no_view_of_what_lies_around(color: Any) -> None:
-    plate, *parts = found(picture((box(12, 12, 84, 84), BLUE), (disc(48, 34, 12), color), (disc(48, 58, 14), color)))
-    assert overlap(plate[0], box(12, 12, 84, 84)) > 0.95
-    assert len(parts) == 2 and all(np.abs(paint - color).max() < 0.02 for _, paint in parts)
-
-
-def test_a_window_is_no_view_of_a_shape_behind_that_mirrors_would_make_less_simple() -> None:
-    window, mirrors = box(26, 36, 70, 62), [box(4, 44, 16, 52), box(80, 44, 92, 52)]
-    layers = found(picture((box(16, 30, 80, 70), GREEN), *((mirror, RED) for mirror in mirrors), (window, RED)))
-    for shape in (box(16, 30, 80, 70), window, *mirrors):
-        assert max(overlap(mask, shape) for mask, _ in layers) > 0.9
-    assert len(layers) == 4
-
-
-def test_a_mouth_is_no_view_of_spots_that_lie_on_the_face() -> None:
-    face, mouth, spots = disc(48, 48, 34), disc(48, 58, 20), [disc(22, 22, 14), disc(74, 22, 14)]
-    layers = found(picture((face, YELLOW), (mouth, RED), *((spot, RED) for spot in spots)))
-    assert len(layers) == 4
-    for shape in (mouth, *spots):
-        assert max(overlap(mask, shape) for mask, _ in layers) > 0.95
 
 
 @pytest.mark.parametrize("levels", [4, 8, 12])

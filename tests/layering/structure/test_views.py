@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Holes of known small drawings: the page or a shape behind is seen through them, or a shape lies on top."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.small_drawings import (
+    BLUE,
+    GREEN,
+    RED,
+    WHITE,
+    YELLOW,
+    X,
+    Y,
+    box,
+    check,
+    disc,
+    found,
+    overlap,
+    picture,
+)
+
+
+def test_what_lies_on_a_disc_makes_no_hole_in_it() -> None:
+    layers = (disc(48, 48, 34), YELLOW), (disc(40, 44, 8), BLUE), (disc(60, 50, 7), RED)
+    assert len(found(picture(*layers))) == 3
+    mask, color = found(picture(*layers))[0]
+    assert np.abs(color - YELLOW).max() < 0.02 and overlap(mask, layers[0][0]) > 0.98
+
+
+def test_a_ring_on_the_ground_has_a_hole() -> None:
+    ring = disc(48, 48, 34) & ~disc(48, 48, 22)
+    check(picture((ring, BLUE)), (ring, BLUE))
+
+
+def test_a_light_triangle_on_a_plate_is_a_shape_on_a_white_page_too() -> None:
+    plate = box(15, 15, 81, 81)
+    triangle = (Y <= 72) & (np.abs(X - 48) <= (Y - 22) / 2)
+    assert triangle.sum() > 0.25 * plate.sum()  # a hole as large of a ring shows the page
+    check(picture((plate, RED), (triangle, WHITE)), (plate, RED), (triangle, WHITE))
+
+
+def test_a_light_shape_unlike_its_plate_is_no_hole_though_it_is_central() -> None:
+    plate = box(14, 8, 74, 88)  # the distance of the ellipse from its sides deviates by about a seventh
+    ellipse = np.hypot((X - 44) / 18, (Y - 48) / 24) <= 1
+    button, play = disc(48, 48, 40), (X >= 37) & (np.abs(Y - 48) <= (69 - X) * 20 / 32)
+    for ground, light in ((plate, ellipse), (button, play)):
+        check(picture((ground, RED), (light, WHITE)), (ground, RED), (light, WHITE))
+
+
+def test_a_counter_like_its_letter_shows_the_page() -> None:
+    letter = (np.hypot((X - 48) / 30, (Y - 48) / 38) <= 1) & (np.hypot((X - 48) / 14, (Y - 48) / 24) > 1)
+    check(picture((letter, BLUE)), (letter, BLUE))
+    nut = (np.abs(Y - 48) <= 30) & (np.abs(X - 48) * np.sqrt(3) + np.abs(Y - 48) <= 60) & ~disc(48, 48, 18)
+    check(picture((nut, BLUE)), (nut, BLUE))  # evenly around it, whatever its shape
+
+
+def test_a_small_even_hole_shows_the_page() -> None:
+    bow, shaft = disc(30, 48, 18), box(44, 44, 86, 52)
+    key = (bow & ~disc(30, 48, 9)) | (shaft & ~bow)
+    assert 0.1 < 81 / (324 + 8 * 38 / np.pi) < 0.2  # its share: less than that of an uneven hole
+    check(picture((key, BLUE)), (key, BLUE))
+
+
+def test_a_ring_on_a_disc_shows_the_disc() -> None:
+    ring = disc(48, 48, 28) & ~disc(48, 48, 20)
+    check(picture((disc(48, 48, 40), YELLOW), (ring, RED)), (disc(48, 48, 40), YELLOW), (ring, RED))
+
+
+def test_white_letters_on_a_plate_are_shapes() -> None:
+    letter = box(30, 24, 40, 66) | box(30, 58, 60, 66)
+    layers = (box(12, 12, 84, 84), BLUE), (letter, WHITE)
+    check(picture(*layers), *layers)
+
+
+@pytest.mark.parametrize("color", [WHITE, RED])
+def test_a_shape_on_a_plate_that_is_cut_in_parts_is_no_view_of_what_lies_around(color: Any) -> None:
+    plate, *parts = found(picture((box(12, 12, 84, 84), BLUE), (disc(48, 34, 12), color), (disc(48, 58, 14), color)))
+    assert overlap(plate[0], box(12, 12, 84, 84)) > 0.95
+    assert len(parts) == 2 and all(np.abs(paint - color).max() < 0.02 for _, paint in parts)
+
+
+def test_a_window_is_no_view_of_a_shape_behind_that_mirrors_would_make_less_simple() -> None:
+    window, mirrors = box(26, 36, 70, 62), [box(4, 44, 16, 52), box(80, 44, 92, 52)]
+    layers = found(picture((box(16, 30, 80, 70), GREEN), *((mirror, RED) for mirror in mirrors), (window, RED)))
+    for shape in (box(16, 30, 80, 70), window, *mirrors):
+        assert max(overlap(mask, shape) for mask, _ in layers) > 0.9
+    assert len(layers) == 4
+
+
+def test_a_mouth_is_no_view_of_spots_that_lie_on_the_face() -> None:
+    face, mouth, spots = disc(48, 48, 34), disc(48, 58, 20), [disc(22, 22, 14), disc(74, 22, 14)]
+    layers = found(picture((face, YELLOW), (mouth, RED), *((spot, RED) for spot in spots)))
+    assert len(layers) == 4
+    for shape in (mouth, *spots):
+        assert max(overlap(mask, shape) for mask, _ in layers) > 0.95
