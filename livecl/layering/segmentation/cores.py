@@ -15,7 +15,7 @@ from livecl.drawing.colors import premultiplied_colors
 from livecl.layering.drift import Changes
 from livecl.layering.fills.overlays import fit_overlaid
 from livecl.layering.fills.ramps import COLOR_NUMBERS, LAYER_NUMBERS, Paint, fit_paint
-from livecl.layering.segmentation.labels import grid_components
+from livecl.layering.segmentation.labels import grid_components, with_blocks
 from livecl.layering.segmentation.small import SAME_STEP
 
 FloatArray = NDArray[np.float64]
@@ -74,13 +74,7 @@ def smooth_cores(image: FloatArray) -> IntArray:
     down[:, :-1] |= block
     down[:, 1:] |= block
     interruption.check()
-    labels = grid_components(right, down)
-    interruption.check()
-    corner = labels[1:, 1:]
-    square = (corner == labels[:-1, :-1]) & (corner == labels[1:, :-1]) & (corner == labels[:-1, 1:])
-    kept = np.zeros(labels.max() + 1, bool)
-    kept[corner[square]] = True
-    return np.where(kept, np.cumsum(kept), 0)[labels]
+    return with_blocks(grid_components(right, down))
 
 
 def cut_cores(

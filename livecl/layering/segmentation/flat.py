@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from livecl import interruption
 from livecl.layering.fills.ramps import LAYER_NUMBERS
-from livecl.layering.segmentation.labels import grid_components, means_of
+from livecl.layering.segmentation.labels import grid_components, means_of, with_blocks
 from livecl.layering.segmentation.mixtures import Mixture, explain, with_seams
 from livecl.layering.segmentation.noise import noise_level, noisy_cores
 from livecl.layering.segmentation.small import ALIKE_OF_NOISE, SAME_STEP, without_small
@@ -188,15 +188,8 @@ def _resolved(pixels: FloatArray, labels: IntArray, colors: FloatArray, miss: fl
 
 def _cores(image: FloatArray, step: float) -> IntArray:
     """Label the flat components that contain a 2 x 2 block from 1 on; 0 elsewhere."""
-    labels = grid_components(
-        np.abs(np.diff(image, axis=1)).max(axis=-1) <= step, np.abs(np.diff(image, axis=0)).max(axis=-1) <= step
-    )
-    interruption.check()
-    corner = labels[1:, 1:]
-    block = (corner == labels[:-1, :-1]) & (corner == labels[1:, :-1]) & (corner == labels[:-1, 1:])
-    has_block = np.zeros(labels.max() + 1, bool)
-    has_block[corner[block]] = True
-    return np.where(has_block, np.cumsum(has_block), 0)[labels]
+    right, down = (np.abs(np.diff(image, axis=axis)).max(axis=-1) <= step for axis in (1, 0))
+    return with_blocks(grid_components(right, down))
 
 
 def add_cores(

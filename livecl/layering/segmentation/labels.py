@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from livecl import interruption
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -23,6 +25,16 @@ def grid_components(right: NDArray[np.bool_], down: NDArray[np.bool_], *slanted:
     a, b = np.concatenate(starts), np.concatenate(ends)
     graph = sparse.coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(n.size, n.size))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64).reshape(height, width)
+
+
+def with_blocks(labels: IntArray) -> IntArray:
+    """Renumber the labels (H, W) that hold a block of 2 x 2 pixels from 1 on; 0 elsewhere."""
+    interruption.check()
+    corner = labels[1:, 1:]
+    block = (corner == labels[:-1, :-1]) & (corner == labels[1:, :-1]) & (corner == labels[:-1, 1:])
+    has_block = np.zeros(labels.max() + 1, bool)
+    has_block[corner[block]] = True
+    return np.asarray(np.where(has_block, np.cumsum(has_block), 0)[labels])
 
 
 def means_of(labels: IntArray, image: FloatArray) -> FloatArray:

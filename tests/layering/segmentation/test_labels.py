@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from livecl.layering.segmentation.labels import grid_components, means_of
+from livecl.layering.segmentation.labels import grid_components, means_of, with_blocks
 
 
 def test_means_of_labels() -> None:
@@ -22,3 +22,8 @@ def test_components_are_joined_by_what_holds_between_neighbours() -> None:
     slanted = np.array([[True, False]]), np.zeros((1, 2), bool)  # down to the right, down to the left
     joined = grid_components(np.zeros((2, 2), bool), np.zeros((1, 3), bool), *slanted)
     assert joined[0, 0] == joined[1, 1] and len(np.unique(joined)) == 5
+
+
+def test_labels_without_a_block_of_four_pixels_become_0_and_the_others_are_numbered_in_order() -> None:
+    labels = np.array([[4, 4, 2, 0], [4, 4, 2, 1], [3, 3, 1, 1], [3, 3, 1, 1]])
+    np.testing.assert_array_equal(with_blocks(labels), [[3, 3, 0, 0], [3, 3, 0, 1], [2, 2, 1, 1], [2, 2, 1, 1]])
