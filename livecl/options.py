@@ -16,10 +16,10 @@ from livecl.drawing.colors import parse_color
 from livecl.errors import name_hint
 from livecl.image.background import check_background
 
-#: Fall of the mean squared error that a path must be worth where the number of paths is left to the program. A black
-#: dot of one pixel on white, at 240 x 240, is worth 1.7e-5.
+#: Decrease of the mean squared error that each path must bring where the number of paths is "auto". A black dot of one
+#: pixel on white, at 240 x 240, brings 1.7e-5.
 AUTO_PATH_GAIN = 1e-5
-#: Opacity from which on a fill is meant to be opaque: paint starts so, and `opacity` "snap" makes it so; at no cost in
+#: Opacity above which a fill counts as opaque: new paint starts opaque, and `opacity` "snap" makes it so, at no cost in
 #: error on faces (docs/notes/quality.md).
 OPAQUE_FROM = 0.9
 #: Expectations in messages on wrong arguments.
@@ -49,7 +49,7 @@ class Options:
     segments: int = _option(4, "Cubic segments of each path")
     max_segments: int = _option(
         12,
-        "Most segments of an outline fitted to a region that needs more than `segments`",
+        "Maximum number of segments of an outline fitted to a region, where `segments` are too few",
     )
     loss: Literal["udf", "mse"] = _option(
         "mse", "Loss: squared error weighted by distance (udf, eq. 1-2) or mean squared error (mse)"
@@ -67,16 +67,16 @@ class Options:
     )
     holes: bool = _option(
         True,
-        "Cut the holes of a region out of its path, as further subpaths, where that lowers the error; without, those "
-        "alone that show the ground",
+        "Cut the holes of a region out of its path, as further subpaths, where that lowers the error; otherwise only "
+        "holes that show the background",
     )
     settle: float = _option(
         0.1,
-        "Factor of the learning rates at the end of a stage; they fall during its second half. 1 keeps them",
+        "Factor that the learning rates reach at the end of a stage; they fall during its second half. 1: they stay",
     )
     end_early: bool = _option(
         True,
-        "Whether a stage ends as soon as further steps gain too little, and a revision is given up once it cannot pay",
+        "End a stage as soon as further steps gain too little, and a revision once it can no longer lower the error",
     )
     revisions: int = _option(
         8,
@@ -90,20 +90,20 @@ class Options:
     target_mse: float = _option(0.0, "End the run at this visible mean squared error; 0 for none")
     path_gain: float = _option(
         0.0,
-        "Least fall of the visible mean squared error per added path: the run ends after a stage that gains less, and "
-        "layers worth less are dropped at the end. 0 for none",
+        "Minimum decrease of the visible mean squared error per added path: the run ends after a stage that gains "
+        "less, and layers worth less are dropped at the end. 0 for none",
     )
     simplify: bool = _option(
         True,
-        "Simplify outlines at the end: few nodes, straight, level and plumb sides, smooth joins, where that saves more "
-        "numbers than it costs error",
+        "Simplify outlines at the end: few nodes, straight sides (horizontal or vertical if nearly so), smooth joins, "
+        "where that saves more numbers than it costs error",
     )
     primitives: bool = _option(
         True,
         "Replace outlines by circles, ellipses or rectangles at the end, where that saves more numbers than it costs "
         "error",
     )
-    colors: int = _option(0, "Most colours of the drawing, the background's included; 0 for any number")
+    colors: int = _option(0, "Maximum number of colours, the background's included; 0 for no limit")
     palette: str = _option(
         "",
         "Colours that layers may have, separated by commas, as #rrggbb,navy; on the command line also a file of "
@@ -123,9 +123,9 @@ class Options:
     radius: float = _option(5.0, "Radius of new paths of shape circle, px")
     tau: float = _option(10.0, "Reach of the distance weight, px")
     color_threshold: float = _option(
-        0.1, "Colour differences below this count as right in the paper's placement, c_alpha"
+        0.1, "Colour differences below this are ignored by the paper's placement (c_alpha)"
     )
-    bins: int = _option(200, "Bins of about equal population for the other differences")
+    bins: int = _option(200, "Number of bins, of about equal population, for the other differences")
     learning_rate: float = _option(
         1.0,
         "Adam's step for control points, px; at most 0.3 for outlines of placement structure, which start closer",
@@ -133,8 +133,8 @@ class Options:
     color_learning_rate: float = _option(0.01, "Adam's step for colours")
     full_rate_side: float = _option(
         240.0,
-        "Longer side of a canvas, px, below which the learning rate of control points falls in proportion; 0 for the "
-        "same rate on any canvas",
+        "On canvases whose longer side is below this, px, the learning rate of control points falls in proportion; 0 "
+        "for the same rate on any canvas",
     )
     decay: float = _option(1.0, "Factor of a path's learning rates after each 500 steps; 1 for none")
     new_color: Literal["target", "random"] = _option(
@@ -153,8 +153,8 @@ class Options:
     )
     strokes: Literal["off", "auto", "only"] = _option(
         "off",
-        "Draw line art as strokes along centre lines. auto: where strokes are cheaper than shapes, with fills for the "
-        "rest, and thin layers of other drawings; only: strokes alone",
+        "Draw lines as strokes along centre lines. auto: where strokes are cheaper than shapes, with fills for the "
+        "rest, also thin layers of other drawings; only: strokes alone",
     )
     variant: Literal["paper", "released"] = _option(
         "paper",

@@ -34,13 +34,21 @@ def add_output_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="time from the first drawing to the last (default: 2)",
     )
-    group.add_argument("--hold", type=number(0), default=0.5, metavar="S", help="time at either end (default: 0.5)")
-    group.add_argument("--one-way", action="store_true", help="start again at the end instead of going back")
+    group.add_argument(
+        "--hold",
+        type=number(0),
+        default=0.5,
+        metavar="S",
+        help="time that the first and the last drawing stay (default: 0.5)",
+    )
+    group.add_argument(
+        "--one-way", action="store_true", help="restart from the first drawing at the end, instead of playing backwards"
+    )
     group.add_argument("--scale", type=number(0.01), default=1.0, metavar="X", help="size of PNG and GIF (default: 1)")
 
 
 def check_output(output: Path, inputs: Sequence[Path]) -> None:
-    """Refuse an output that could not be written, whose format is not known, or that would replace an input."""
+    """Refuse an output that cannot be written, has an unknown format, or would replace an input."""
     for path in inputs:
         if output.exists() and path.exists() and output.samefile(path):
             raise BadInputError(f"{output}: is an input and would be overwritten")

@@ -73,22 +73,25 @@ def build_parser() -> Parser:
     )
     _add_files(parser.add_argument_group("files").add_argument)
     drawing = parser.add_argument_group("drawing")
-    method = parser.add_argument_group("method", "Each of these changes one point of the preset.")
+    method = parser.add_argument_group("method", "Each option overrides one value of the preset.")
     running = parser.add_argument_group("running")
     _add_drawing(_setting(parser, drawing))
     add_method(_setting(parser, method))
     _add_running(_setting(parser, running))
     _add_checkpoint(running.add_argument)
     running.add_argument(
-        "--config", metavar="FILE.toml", type=path_text, help="options from a file; the command line's come first"
+        "--config",
+        metavar="FILE.toml",
+        type=path_text,
+        help="read options from a file; those of the command line override them",
     )
     running.add_argument("-q", "--quiet", action="store_true", help="show no progress, no warnings and no summary")
-    running.add_argument("-v", "--verbose", action="store_true", help="also tell of each stage")
+    running.add_argument("-v", "--verbose", action="store_true", help="also report each stage")
     information = parser.add_argument_group("information").add_argument
     information("-h", "--help", action="help", help="show this and exit")
     information("--version", action="version", version=f"livecl {__version__}", help="show the version and exit")
     information("--list-devices", action="store_true", help="list the OpenCL devices and exit")
-    information("--show-options", action="store_true", help="show the options in effect, as --config reads, and exit")
+    information("--show-options", action="store_true", help="print the options in effect as a --config file, and exit")
     return parser
 
 
@@ -125,13 +128,13 @@ def _add_files(add: Adder) -> None:
         "--start",
         metavar="FILE.svg",
         type=path_text,
-        help="start from a drawing: refine it, then add the paths asked for, if any",
+        help="start from a drawing: refine it, then add --paths paths, if given",
     )
     add(
         "--lock",
         action="append",
         metavar="LAYER",
-        help="keep a layer of --start as it is: its number, counted from 0, its name or colour; may be repeated",
+        help="keep a layer of --start unchanged, named by its number (from 0), label or colour; may be repeated",
     )
     add(
         "--masks",
@@ -147,7 +150,7 @@ def _add_files(add: Adder) -> None:
         type=whole(1),
         default=10,
         metavar="N",
-        help="iterations between two pictures of --gif and --mp4 (default: 10)",
+        help="iterations between two frames of --gif and --mp4 (default: 10)",
     )
 
 
@@ -157,9 +160,8 @@ def _add_drawing(add: Adder) -> None:
         "--preset",
         choices=tuple(PRESETS),
         default="default",
-        help="default: lowest error; paper: exactly the published text; released: the authors' program; diffvg: "
-        "the paper's comparison, random paths in one stage; icon, clipart, photo, draft: for such pictures, or a quick "
-        "look",
+        help="default: lowest error; icon, clipart, photo: for such pictures; draft: a quick look; paper: exactly the "
+        "published text; released: the authors' program; diffvg: the paper's baseline, random paths in one stage",
     )
     add(
         "--paths",
@@ -168,7 +170,7 @@ def _add_drawing(add: Adder) -> None:
         help="paths at most, or auto: as many as gain enough "
         f"(default: auto, to {MAX_DEFAULT_PATHS} where the picture is not flat; {counts})",
     )
-    add("--schedule", metavar="LIST", help="paths that each stage adds, as 1,1,2, or exp: 1, 2, 4 ... 32, 32 ...")
+    add("--schedule", metavar="LIST", help="paths added by each stage, as 1,1,2, or exp for 1, 2, 4 ... 32, 32 ...")
     add(
         "--size",
         type=_size,
@@ -183,30 +185,30 @@ def _add_drawing(add: Adder) -> None:
         type=_layers,
         default=LAYER_STYLES[0],
         metavar="HOW",
-        help="inkscape, with names and groups as Inkscape shows them, or plain SVG; stacked, whole shapes over each "
-        "other, or cutout, cut by those above for cutters and print; also both, as plain,cutout (default: "
-        "inkscape,stacked)",
+        help="inkscape: layers named and grouped as Inkscape shows them, or plain SVG; stacked: whole shapes that "
+        "overlap, or cutout: each cut by those above, for cutters and print; one of either kind, as plain,cutout "
+        "(default: inkscape,stacked)",
     )
     add(
         "--trap",
         type=number(0, " of pixels"),
         default=DEFAULT_TRAP,
         metavar="PX",
-        help=f"how far cut layers go on below those above them (default: {DEFAULT_TRAP:g})",
+        help=f"how far cut layers extend below those above them (default: {DEFAULT_TRAP:g})",
     )
     add(
         "--groups",
         choices=GROUP_KINDS,
         default=GROUP_KINDS[0],
-        help="groups of layers: thing, those that lie inside another one, with it; stage, those that one stage added; "
-        "none (default: thing)",
+        help="group layers by thing (a layer and those inside it), by the stage that added them, or not at all "
+        "(default: thing)",
     )
     add(
         "--swatches",
         action=argparse.BooleanOptionalAction,
         default=False,
-        help="write each colour as a swatch of Inkscape's, which changes wherever it is used; viewers show it as the "
-        "colour, but programs that know no gradients may not",
+        help="write each colour as an Inkscape swatch: editing it recolours all layers that use it; programs that do "
+        "not support gradients may not show it",
     )
     add("--seed", type=whole(0), default=0, metavar="N", help="seed of all random choices (default: 0)")
 
@@ -219,11 +221,11 @@ def _add_running(add: Adder) -> None:
         metavar="N",
         help="processor cores that PoCL may use (default: all, and one in each worker process)",
     )
-    add("--workers", type=whole(1), metavar="N", help="worker processes for several pictures (default: one a core)")
+    add("--workers", type=whole(1), metavar="N", help="worker processes for several pictures (default: one per core)")
     add(
         "--scheduler",
         metavar="ADDRESS",
-        help="have the workers of a Dask cluster do several pictures; local: a cluster on this machine",
+        help="vectorize several pictures on the workers of a Dask cluster; local: a cluster on this machine",
     )
     add(
         "--time-limit",
@@ -231,7 +233,12 @@ def _add_running(add: Adder) -> None:
         metavar="SECONDS",
         help="longest time for a picture; the run then ends with the best drawing so far",
     )
-    add("--redo", action=argparse.BooleanOptionalAction, default=False, help="redo pictures that are already done")
+    add(
+        "--redo",
+        action=argparse.BooleanOptionalAction,
+        default=False,
+        help="vectorize pictures of a folder anew that are already done (default: skip them)",
+    )
 
 
 def _add_checkpoint(add: Adder) -> None:
@@ -239,17 +246,17 @@ def _add_checkpoint(add: Adder) -> None:
         "--checkpoint",
         metavar="FILE",
         type=path_text,
-        help="where a run of more than some seconds is saved now and then, to go on from if it is stopped (default: "
-        "OUT.svg.checkpoint; deleted when all is written)",
+        help="file in which a run of more than a few seconds saves its state, for --resume (default: "
+        "OUT.svg.checkpoint; deleted when all outputs are written)",
     )
     add("--no-checkpoint", dest="checkpoint", action="store_false", help="save no checkpoints")
     add(
         "--checkpoint-period",
         type=number(0, " of seconds"),
         metavar="SECONDS",
-        help="least time between two checkpoints (default: 5, and a hundred times the time of writing one)",
+        help="least time between two checkpoints (default: 5, or a hundred times the time of writing one if longer)",
     )
-    add("--resume", action="store_true", help="go on from the checkpoint of the same command, if there is one")
+    add("--resume", action="store_true", help="continue from the checkpoint of the same command, if there is one")
 
 
 def _paths(text: str) -> int | str:

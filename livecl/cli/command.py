@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: exit codes around arguments, checks and work.
+"""The command ``livecl``: arguments, checks, work, exit codes.
 
-Everything that can be wrong with a request is found before the work starts: one line on standard error, exit code 2,
-and no file touched. Exit code 1 is a failure while working, 130 and 143 are interruptions.
+Errors in a request are found before the work starts: one line on standard error, exit code 2, and no file touched. Exit
+code 1 is a failure while working, 130 and 143 are interruptions.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv : sequence of str, optional
-        Arguments without the program's name; those of the process where not given.
+        Arguments without the program's name (default: those of the process).
 
     Returns
     -------

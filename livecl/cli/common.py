@@ -57,7 +57,7 @@ def path_text(text: str) -> str:
 
 
 def whole(least: int) -> Callable[[str], int]:
-    """Return a converter of text to whole numbers that are not below some least one."""
+    """Return a converter of text to whole numbers of at least `least`."""
 
     def convert(text: str) -> int:
         try:
@@ -72,7 +72,7 @@ def whole(least: int) -> Callable[[str], int]:
 
 
 def number(least: float, unit: str = "") -> Callable[[str], float]:
-    """Return a converter of text to finite numbers that are not below some least one."""
+    """Return a converter of text to finite numbers of at least `least`."""
 
     def convert(text: str) -> float:
         try:
@@ -100,14 +100,14 @@ def add_method_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def method(arguments: argparse.Namespace) -> tuple[livecl.Options, str | None]:
-    """Return the options of the method that the arguments name, and its schedule."""
+    """Return the options of the method and the schedule."""
     changes = {} if arguments.iterations is None else {"iterations": arguments.iterations}
     schedule = str(arguments.paths) if arguments.preset == "diffvg" else None
     return livecl.Options.preset(arguments.preset, **changes), schedule
 
 
 def read_drawing(path: Path, arguments: argparse.Namespace) -> livecl.Drawing:
-    """Read an SVG, or vectorize a picture, each thing in it as a layer of its own."""
+    """Read an SVG, or vectorize a picture with one layer for each thing in it."""
     from livecl.cli.progress import RunProgress
 
     if path.suffix.lower() == ".svg":
@@ -146,13 +146,13 @@ def read_input(read: Callable[[Any], T], source: Any) -> T:
 
 
 def inform(message: str, arguments: argparse.Namespace) -> None:
-    """Tell the user, unless told to be quiet."""
+    """Show a message, unless `arguments.quiet`."""
     if not arguments.quiet:
         say(message)
 
 
 def run(command: str, work: Callable[[Sequence[str] | None], None], argv: Sequence[str] | None) -> int:
-    """Do a command's work and return its exit code; errors are shown in one line."""
+    """Run a command's work and return its exit code; errors are shown in one line."""
     try:
         work(argv)
     except BadInputError as error:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def run_batch(job: BatchJob) -> bool:
-    """Vectorize pictures into a folder; return whether all are there."""
+    """Vectorize pictures into a folder; return whether all are done."""
     with BatchProgress(len(job.batch.pictures), quiet=job.quiet) as progress:
         outcomes = job.batch.run(progress.show)
     failed = [outcome for outcome in outcomes if outcome.status == "failed"]
@@ -24,7 +24,7 @@ def run_batch(job: BatchJob) -> bool:
         reduced = sum(outcome.width != outcome.working_width for outcome in outcomes if outcome.status == "done")
         if reduced:
             size = job.batch.recipe.size
-            say(f"{reduced} larger than {size} px, worked on at that size (--size full works on all pixels)")
+            say(f"{reduced} larger than {size} px, reduced to that size (--size full keeps all pixels)")
         counts = [(status, sum(outcome.status == status for outcome in outcomes)) for status in STATUS_WORDS]
         say(f"{job.folder}: " + ", ".join(f"{count} {STATUS_WORDS[status]}" for status, count in counts if count))
     return not failed

@@ -12,21 +12,21 @@ from livecl.run.recipe import Recipe
 from livecl.run.result import Result
 from livecl.schedule import MAX_DEFAULT_PATHS
 
-#: Mean squared error from which on a drawing is far from any picture: faces that lack a feature have 0.001 to 0.003, a
+#: Mean squared error above which a drawing is far from its picture: faces that lack a feature have 0.001 to 0.003, a
 #: screenshot drawn as seven bars has 0.02.
 FAR = 5e-3
-#: Share of a picture's variance that is left where the drawing lacks much of what there is to see, and the error below
-#: which nothing is lacking: two levels of 255.
+#: Unexplained share of the picture's variance above which much of it is missing, and the mean squared error below which
+#: nothing is missing: two levels of 255.
 LEFT, VISIBLE = 0.05, (2 / 255) ** 2
-#: Share of blocks that are smoothly shaded, from which on a picture is; side of a block, px; and, in levels of 255, the
-#: least range of its shading and the most that a plane misses it by (root of the mean square).
+#: A picture is smoothly shaded if this share of its blocks is: the share; side of a block, px; and, in levels of 255,
+#: the least range of a shaded block and its largest root mean square deviation from a plane.
 SMOOTH_SHARE, BLOCK, RANGE, MISS = 0.2, 16, 2.0, 0.75
 
 FloatArray = NDArray[np.float64]
 
 
 def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
-    """Return what to try if a drawing is far from its picture, (H, W, 3) or (H, W, 4), else ""."""
+    """Return a hint on options to try if a drawing is far from its picture, (H, W, 3) or (H, W, 4), else ""."""
     if result.stopped is not None or not result.mse >= VISIBLE or recipe.masks is not None:
         return ""
     if recipe.options.fills == "solid" and smooth_share(image) >= SMOOTH_SHARE:
@@ -53,7 +53,7 @@ def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
 def smooth_share(image: NDArray[np.floating]) -> float:
     """Return the share of the blocks of a picture, (H, W, C) in [0, 1], that are smoothly shaded.
 
-    They are not of one colour, and planes all but rounding.
+    Such a block has more than one colour, and differs from a plane by no more than rounding.
     """
     side = min(BLOCK, *image.shape[:2])
     rows, columns = image.shape[0] // side, image.shape[1] // side

@@ -29,8 +29,8 @@ COMMAND = "livecl-interpolate"
 DESCRIPTION = """\
 Interpolate between two drawings: SVGs, or pictures that are vectorized first.
 
-Control points and colours of the layers that belong together are interpolated linearly. B is scaled to the canvas of A
-where they differ; where only one has a background, both get it.
+Control points and colours of matched layers are interpolated linearly. B is scaled to the canvas of A where they
+differ; where only one has a background, both get it.
 """
 EPILOG = """\
 examples:
@@ -49,20 +49,22 @@ def main(argv: Sequence[str] | None = None) -> int:
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     parser = Parser(prog=COMMAND, description=DESCRIPTION, epilog=EPILOG)
-    parser.add_argument("a", type=Path, metavar="A", help="where it begins: an SVG, or a picture")
-    parser.add_argument("b", type=Path, metavar="B", help="where it ends")
-    parser.add_argument("--frames", type=whole(2), default=9, metavar="N", help="drawings, both ends too (default: 9)")
+    parser.add_argument("a", type=Path, metavar="A", help="first drawing: an SVG, or a picture")
+    parser.add_argument("b", type=Path, metavar="B", help="last drawing")
+    parser.add_argument(
+        "--frames", type=whole(2), default=9, metavar="N", help="drawings, A and B included (default: 9)"
+    )
     parser.add_argument(
         "--match",
         choices=get_args(Match),
         default="order",
-        help="which layers belong together: those of the same place in paint order (default), or those that are alike",
+        help="match layers by their place in paint order (default), or the most similar ones",
     )
     parser.add_argument(
         "--lone",
         choices=get_args(Lone),
         default="fade",
-        help="how a layer without a partner comes and goes: by its opacity (default), or by its size",
+        help="how a layer without a match appears and disappears: by its opacity (default), or by its size",
     )
     add_output_arguments(parser)
     add_method_arguments(parser)

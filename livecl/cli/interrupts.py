@@ -25,7 +25,7 @@ class Interrupted(KeyboardInterrupt):
 
     @property
     def exit_code(self) -> int:
-        """Exit code of the process, as shells have it."""
+        """Exit code of the process, by the convention of shells."""
         return SIGNALLED + self.number
 
 
@@ -73,7 +73,7 @@ class Interrupts:
     def _handle(self, number: int, frame: FrameType | None) -> None:
         interrupted = Interrupted(number)
         if not self._waits or self.pending is not None:
-            for each in self._before:  # whoever asks once more gets what the system does
+            for each in self._before:  # a further signal has the system's default effect
                 signal.signal(each, signal.SIG_DFL)
             raise interrupted
         self.pending = interrupted

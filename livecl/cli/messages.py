@@ -15,7 +15,7 @@ from livecl.errors import readable
 
 
 def say(message: str) -> None:
-    """Write a line to standard error, above a progress bar that may stand there."""
+    """Write a line to standard error, above the progress bar if there is one."""
     from tqdm import tqdm
 
     tqdm.write(message, file=sys.stderr)
@@ -51,7 +51,7 @@ class _Handler(logging.Handler):
 def messages(*, quiet: bool, verbose: bool) -> Iterator[None]:
     """Context manager: show the library's log and warnings on standard error, one line each.
 
-    If `quiet`, neither; if `verbose`, also the course of the work.
+    If `quiet`, neither; if `verbose`, also the progress of the work.
     """
     log, handler = logging.getLogger("livecl"), _Handler()
     level = log.level

@@ -46,9 +46,9 @@ def given_options(arguments: argparse.Namespace) -> Options:
 
 
 def palette_text(text: str) -> str:
-    """Return the colours that a file holds, parted by commas: of ``#rrggbb`` or GIMP's lines; other text as it is.
+    """Return the colours of a file (``#rrggbb`` or GIMP's lines), separated by commas; other text unchanged.
 
-    Raises argparse.ArgumentTypeError if a file holds none, or text that reads like the name of a file is none.
+    Raises argparse.ArgumentTypeError if the file has no colours, or if text that looks like a file name names none.
     """
     if not Path(text).is_file():
         if text and (Path(text).is_dir() or re.search(r"[^\s,()]\.[A-Za-z]\w*$", text)):

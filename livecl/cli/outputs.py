@@ -36,8 +36,8 @@ class Finished:
     image: NDArray[np.float32]  # (H, W, 3) or (H, W, 4), the picture
     recipe: Recipe  # paths, options and size of the run
     result: Result  # result of the run
-    command: tuple[str, ...] = ("livecl",)  # the words that asked for it
-    course: Course | None = None  # drawings on the way, where an output shows them
+    command: tuple[str, ...] = ("livecl",)  # the command line, word by word
+    course: Course | None = None  # drawings during the training, if an output shows them
     device: int | str | None = None  # OpenCL device that renders for the outputs, as it did for the run
     quiet: bool = True  # show no progress
 
@@ -51,11 +51,11 @@ class Output:
     metavar: str
     help: str
     write: Callable[[Path, Finished], None]  # writes it to a path
-    #: Of an output that is a folder: the files in it, from the folder and the number of stages.
+    #: If the output is a folder: the files in it, from the folder and the number of stages.
     parts: Callable[[Path, int], list[Path]] | None = None
-    suffixes: tuple[str, ...] = ()  # allowed endings of the file's name; empty for any
-    extra: tuple[str, str] | None = None  # a module that it needs, and the extra that brings it
-    shows_course: bool = False  # whether it shows drawings on the way
+    suffixes: tuple[str, ...] = ()  # allowed suffixes of the file; empty for any
+    extra: tuple[str, str] | None = None  # a module that it needs, and the extra that installs it
+    shows_course: bool = False  # whether it shows drawings during the training
 
     def check(self, path: Path) -> None:
         """Raise ValueError for a path that it cannot be written to, or if a module that it needs is missing."""
@@ -84,7 +84,7 @@ def write_json(file: Path, finished: Finished) -> None:
 
 
 def write_html(file: Path, finished: Finished) -> None:
-    """Write a page to look through the result."""
+    """Write an HTML page with the result's layers, stages and errors."""
     from livecl.views.report.page import write_report
 
     with OutputProgress(file.name, "picture", quiet=finished.quiet) as progress:
@@ -117,7 +117,7 @@ def write_plot(file: Path, finished: Finished) -> None:
 
 
 def write_film(file: Path, finished: Finished) -> None:
-    """Write the learning course as a GIF or an MP4, by the ending."""
+    """Write the course of the training as a GIF or an MP4, by the suffix."""
     assert finished.course is not None
     save = finished.course.save_gif if file.suffix.lower() == ".gif" else finished.course.save_mp4
     with OutputProgress(file.name, "frame", quiet=finished.quiet) as progress:
@@ -128,8 +128,8 @@ def write_film(file: Path, finished: Finished) -> None:
 OUTPUTS = (
     Output("stages", "DIR", "also write the drawing after each stage: DIR/stage-1.svg ...", write_stages, stage_files),
     Output("json", "FILE", "also write size, options, error, layers and seconds as JSON", write_json),
-    Output("report", "OUT.html", "also write a page to look through layers, stages and errors", write_html),
-    Output("sheet", "OUT.png", "also write picture and stages side by side", write_sheet, suffixes=(".png",)),
+    Output("report", "OUT.html", "also write an HTML page with layers, stages and errors", write_html),
+    Output("sheet", "OUT.png", "also write the picture and its stages side by side", write_sheet, suffixes=(".png",)),
     Output(
         "plot",
         "OUT.png",
@@ -139,12 +139,17 @@ OUTPUTS = (
         extra=("matplotlib", "plots"),
     ),
     Output(
-        "gif", "OUT.gif", "also write the learning course as a GIF", write_film, suffixes=(".gif",), shows_course=True
+        "gif",
+        "OUT.gif",
+        "also write the course of the training as a GIF",
+        write_film,
+        suffixes=(".gif",),
+        shows_course=True,
     ),
     Output(
         "mp4",
         "OUT.mp4",
-        "also write the learning course as a film (extra: video)",
+        "also write the course of the training as a film (extra: video)",
         write_film,
         suffixes=(".mp4",),
         extra=("imageio_ffmpeg", "video"),

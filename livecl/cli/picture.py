@@ -23,15 +23,14 @@ from livecl.run.checkpoint import discard_checkpoint
 from livecl.run.control import TIME_LIMIT
 from livecl.run.result import Result, RunError
 
-#: Seconds from which on the summary tells how long an output took.
+#: Outputs that take longer than this, seconds, are named in the summary.
 SLOW_OUTPUT = 1.0
 
 
 def run_job(job: Job, interrupts: Interrupts) -> int:
     """Vectorize a picture, write the outputs, and return the exit code.
 
-    Until the SVG is written, a signal only brings the run to its end, and a second one ends all at once; then the first
-    does.
+    Until the SVG is written, a first signal ends the run cleanly and a second one aborts; afterwards, the first aborts.
     """
     if not job.quiet:
         _announce(job)
@@ -72,17 +71,14 @@ def _announce(job: Job) -> None:
     height, width = job.image.shape[:2]
     smaller = working_size_of(job.image, job.recipe.size)
     if smaller != (height, width):
-        say(
-            f"{job.name}: {width}x{height} px, worked on at {smaller[1]}x{smaller[0]} px "
-            f"(--size full works on all pixels)"
-        )
+        say(f"{job.name}: {width}x{height} px, reduced to {smaller[1]}x{smaller[0]} px (--size full keeps all pixels)")
         usual = working_size((height, width), job.recipe.size)
         if smaller == usual and detail_lost(job.image, smaller) > DETAIL_IS_LOST:  # the cells of pixel art are all kept
-            say(f"{job.name}: fine detail, as small print, is lost at that size; a larger --size keeps it")
+            say(f"{job.name}: fine detail, such as small print, is lost at that size; a larger --size keeps it")
     if line := beginning(job.control):
         say(line)
     elif job.control.resume and any(kind.shows_course for kind, _ in job.outputs):
-        say("the film will show the course from where the run goes on")
+        say("the film will begin where the run resumes")
 
 
 def _worked(job: Job, interrupts: Interrupts) -> tuple[Finished | None, RunError | None]:
@@ -123,7 +119,7 @@ def _write_svg(job: Job, finished: Finished) -> bool:
 
 
 def _rescue(job: Job, finished: Finished) -> str:
-    """Write the SVG into a new folder for temporary files, and return in words where it is."""
+    """Write the SVG into a new temporary folder; return a message that says where it is."""
     name = "drawing.svg" if job.output == STANDARD else Path(job.output).name
     try:
         file = Path(tempfile.mkdtemp(prefix="livecl-")) / name
@@ -155,7 +151,7 @@ def _clean_up(job: Job) -> None:
 
 
 def _line(job: Job, result: Result, reason: str | None) -> str:
-    """Return the line at the end."""
+    """Return the summary line."""
     error = "unknown" if math.isnan(result.mse) else f"{result.mse:.3g}"
     smaller = result.working_size
     at = "" if smaller in (None, result.drawing.size) else f" at {smaller[1]}x{smaller[0]} px"

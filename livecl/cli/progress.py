@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Progress bars on standard error, disabled where that is no terminal; the course of a run in the log."""
+"""Progress bars on standard error, disabled if it is no terminal; the progress of a run in the log."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class _Progress:
     def __init__(self, total: int | None, unit: str, *, quiet: bool) -> None:
         from tqdm import tqdm
 
-        width, height = shutil.get_terminal_size()  # a size also where the terminal has none
+        width, height = shutil.get_terminal_size()  # has a fallback for terminals without a size
         self._bar: tqdm[Any] = tqdm(
             total=total,
             disable=True if quiet else None,
@@ -57,7 +57,7 @@ class RunProgress(_Progress):
         self._mse = ""
 
     def __call__(self, step: Step) -> None:
-        """Move the bar to an iteration; the error costs a render and is shown a few times a second only."""
+        """Move the bar to an iteration; the error, which costs a render, is updated a few times a second only."""
         if self._bar.disable:
             return
         now = time.monotonic()
@@ -92,13 +92,13 @@ class OutputProgress(_Progress):
 
 
 class PictureProgress(_Progress):
-    """A progress bar over pictures that are taken one after the other."""
+    """A progress bar over consecutive pictures."""
 
     def __init__(self, total: int, *, quiet: bool) -> None:
         super().__init__(total, "picture", quiet=quiet)
 
     def counted(self, images: Iterable[T]) -> Iterator[T]:
-        """Yield pictures, each counted once it has been worked on."""
+        """Yield pictures; each is counted once it has been processed."""
         for image in images:
             yield image
             self._bar.update()

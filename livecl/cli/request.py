@@ -153,7 +153,7 @@ def _locked(start: Drawing | None, specs: Sequence[str]) -> tuple[int, ...]:
 
 
 def settings_of(recipe: Recipe, arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the settings of a file of options that leads to the same recipe."""
+    """Return the settings that, in a --config file, lead to the same recipe."""
     return {
         **({} if recipe.chooses_paths else _said_of_paths(recipe)),
         "size": recipe.size,
@@ -195,7 +195,7 @@ def _control_of(arguments: argparse.Namespace) -> Control:
 
 
 def _checkpoint(arguments: argparse.Namespace) -> Path | None:
-    """Return the file that was named, or one beside the output, where that is a file."""
+    """Return the file given by --checkpoint, or the one beside the output if that is a file; else None."""
     if arguments.checkpoint is False:
         return None
     if arguments.checkpoint is not None:
@@ -208,7 +208,7 @@ def _checkpoint(arguments: argparse.Namespace) -> Path | None:
 
 def _checked_batch(arguments: argparse.Namespace, recipe: Recipe) -> BatchJob:
     if STANDARD in arguments.inputs:
-        raise ValueError("-: standard input is one picture, and goes alone")
+        raise ValueError("-: standard input is one picture, and cannot be combined with others")
     if arguments.output == STANDARD:
         raise ValueError("-: several SVGs need a folder, not standard output")
     for kind in OUTPUTS:
@@ -239,16 +239,16 @@ def _checked_image(source: str) -> NDArray[np.float32]:
 
 
 def beginning(control: Control) -> str:
-    """Return a warning if a run starts anew in spite of --resume or of a checkpoint, else ""."""
+    """Return a warning if a run starts anew in spite of --resume or an existing checkpoint, else ""."""
     if control.checkpoint is None or Path(control.checkpoint).exists() == control.resume:
         return ""
     if control.resume:
-        return f"there is no {control.checkpoint} to go on from: the run begins anew"
-    return f"{control.checkpoint} is of a run that was stopped: --resume would go on from it, this one begins anew"
+        return f"there is no {control.checkpoint} to resume from: the run starts anew"
+    return f"{control.checkpoint} is of a run that was stopped: --resume would continue it, this one starts anew"
 
 
 def going_on(control: Control) -> str:
     """Return the end of a message that tells how to resume; "" without a checkpoint."""
     if control.checkpoint is None or not Path(control.checkpoint).exists():
         return ""
-    return f"; --resume goes on from {control.checkpoint}"
+    return f"; --resume continues from {control.checkpoint}"

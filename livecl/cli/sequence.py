@@ -26,7 +26,7 @@ from livecl.run.sequences import vectorize_sequence
 
 COMMAND = "livecl-sequence"
 DESCRIPTION = """\
-Vectorize pictures that follow each other: each drawing starts from the one before, so layers keep their identity.
+Vectorize consecutive pictures: each drawing starts from the one before, so layers keep their identity.
 """
 EPILOG = """\
 examples:

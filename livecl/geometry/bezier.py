@@ -54,11 +54,11 @@ def derivative(cubics: ArrayLike, t: ArrayLike) -> FloatArray:
 
 
 def subsegment(cubics: ArrayLike, begin: ArrayLike, end: ArrayLike) -> FloatArray:
-    """Cut cubics (..., 4, 2): return those that run along them from parameters `begin` to `end`, (...): (..., 4, 2).
+    """Cut cubics (..., 4, 2): return their pieces from parameters `begin` to `end`, (...): (..., 4, 2).
 
     With b(u, v, w) the blossom of a cubic (de Casteljau's three rounds of linear interpolation, each at its own
-    parameter), the piece from s to t has the control points b(s, s, s), b(s, s, t), b(s, t, t), b(t, t, t): exact
-    whatever s and t are.
+    parameter), the piece from s to t has the control points b(s, s, s), b(s, s, t), b(s, t, t), b(t, t, t): exact for
+    any s and t.
     """
     ends = np.stack(np.broadcast_arrays(np.asarray(begin, np.float64), np.asarray(end, np.float64)))
     points = np.asarray(cubics, dtype=np.float64)
@@ -95,7 +95,7 @@ def outline_bounds(outline: Sequence[FloatArray]) -> FloatArray:
 
 
 def curve_bounds(cubics: ArrayLike) -> FloatArray:
-    """Return (x_min, y_min, x_max, y_max) of curves (..., 4, 2) together, px: of their ends and of where they turn."""
+    """Return the bounding box (x_min, y_min, x_max, y_max) of curves (..., 4, 2), px, from ends and extrema."""
     cubics = np.asarray(cubics, dtype=np.float64).reshape(-1, 4, 2)
     steps = np.diff(cubics, axis=1)  # the derivative's control points over 3
     a, b, c = steps[:, 0] - 2 * steps[:, 1] + steps[:, 2], steps[:, 1] - steps[:, 0], steps[:, 0]
@@ -125,7 +125,7 @@ def signed_area(cubics: ArrayLike) -> float:
 
 
 def pieces_for(cubics: ArrayLike, tolerance: float) -> NDArray[np.int32]:
-    """Return how many equal steps of t, at least 1, flatten each cubic (M, 4, 2) to within `tolerance` px: (M,) int32.
+    """Return the number of equal steps of t that flattens each cubic (M, 4, 2) to within `tolerance` px: (M,) int32.
 
     A chord of step 1/n leaves the curve by at most max |B''| / (8 n^2), and |B''| is at most 6 times the larger
     second difference of the control points.
@@ -137,7 +137,7 @@ def pieces_for(cubics: ArrayLike, tolerance: float) -> NDArray[np.int32]:
 
 
 def flatten(cubics: ArrayLike, tolerance: float, most: int | None = None) -> Polygon:
-    """Flatten cubics (M, 4, 2) into lines that leave them by `tolerance` px at most, or into `most` lines each."""
+    """Flatten cubics (M, 4, 2) into lines at most `tolerance` px away, or into `most` lines each."""
     cubics = np.asarray(cubics, dtype=np.float64)
     counts = pieces_for(cubics, tolerance)
     if most is not None:

@@ -26,7 +26,7 @@ class Branch:
 def branches_of(skeleton: NDArray[np.bool_]) -> tuple[list[Branch], list[FloatArray]]:
     """Return the branches of a skeleton, and the place (row, column) of each node, an end or a junction.
 
-    Pixels with three neighbours or more are junctions, one for each cluster; the rest falls apart into branches.
+    Clusters of pixels with three neighbours or more are junctions; the remaining pixels form the branches.
     """
     around = np.ones((3, 3), np.int64)
     count = ndimage.convolve(skeleton.astype(np.int64), around, mode="constant") - 1

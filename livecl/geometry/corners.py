@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Corner detection on closed polylines traced from pixels, with points about 1 px apart.
 
-Pixels cut corners: within about a pixel of one, an outline found from coverages runs across it. A corner is where the
-directions in which the outline arrives and leaves, each fitted to points that are not so near, differ; and it lies
-where the two lines meet.
+An outline traced from coverages cuts corners: within about a pixel of one, it runs across it. So the directions before
+and after a point are fitted to points farther away ("arms"); where they differ is a corner, and it lies where the two
+arms meet.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 ComplexArray = NDArray[np.complex128]
 
-#: Points of the arms that directions are fitted to, the longest that is followed first: the first of them, their number
-#: and the polynomial's degree.
+#: Arms, in order of preference: the first point after the corner, the number of points, and the degree of the
+#: polynomial fitted to them.
 ARMS = ((2, 8, 1), (2, 8, 2), (2, 5, 1), (2, 3, 1), (1, 3, 1), (1, 2, 1))
-#: Least bend of a corner, radians, and least bend as a multiple of its standard error. Between short arms, up to a
-#: reach in points, circles down to a radius of 2.5 px bend by less than the other bound.
+#: Least bend of a corner, radians; least bend as a multiple of its standard error; length of short arms, in points, and
+#: the least bend between these: circles down to a radius of 2.5 px bend less.
 LEAST_BEND, LEAST_RATIO, SHORT_REACH, LEAST_SHORT_BEND = 0.5, 4.0, 5, 1.2
-#: Largest root mean square, px, by which an arm may miss its points where these are free from noise, by its degree: a
-#: parabola would follow the end of a line and the begin of an arc.
+#: Largest root mean square distance, px, of an arm from points without noise, by its degree: less for parabolas, which
+#: could follow the end of a line and the beginning of an arc.
 ARM_MISS = {1: 0.04, 2: 0.02}
-#: What pixels cut off a corner at most, px, for each unit of the tangent of half its bend: 0.3 to 0.75 at right angles.
-#: Corners rounded at a radius of 2 px are cut by 0.88 and more. And the most that is cut off any corner.
+#: Largest distance, px, of the traced outline from a corner: for each unit of the tangent of half the bend (0.3 to 0.75
+#: at right angles; corners rounded at a radius of 2 px have 0.88 and more), and for any corner.
 CUT_OFF, MOST_CUT_OFF = 0.75, 3.0
-#: Miss of an arm, px, for its number of points: of two arms that are followed alike the longer one is better known.
+#: Penalty of an arm, px, divided by its number of points: of two arms that fit equally well the longer is more precise.
 SHORTNESS = 0.1
 #: Median of the size of a standard normal variable.
 MEDIAN_SIZE = 0.6745
@@ -48,9 +48,9 @@ class CorneredOutline:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _Arms:
-    """Lines in which an outline leaves each of its points, one way.
+    """Arms of all points of an outline in one direction of travel.
 
-    A point and a unit direction, its standard error; the miss of the fit, and its last point.
+    A point and a unit direction, its standard error; the distance of the fit, and its last point.
     """
 
     at: ComplexArray
@@ -91,7 +91,7 @@ def find_corners(points: FloatArray, noise: float) -> CorneredOutline:
     away = np.abs(meet - z)
     before, after = _distance(meet, np.roll(z, 1), z), _distance(meet, z, np.roll(z, -1))
     sharp &= np.minimum(before, after) < np.minimum(CUT_OFF * np.tan(bends / 2) + 2 * noise, MOST_CUT_OFF)
-    # Of points that see one corner, the one that sees it best stands for it; none looks across a corner.
+    # Of the points whose arms meet at one corner, the one that fits best is kept; no arm extends across a corner.
     misses = ahead.miss + behind.miss[::-1]
     score = np.where(sharp, -misses / max(ARM_MISS[1], 3 * noise) - error - away, -np.inf)
     order = np.argsort(-score, kind="stable")
@@ -115,10 +115,9 @@ def noise_of(polylines: Sequence[FloatArray], width: int = 1) -> float:
     polylines : sequence of (n, 2) float64
         Closed, points about 1 px apart.
     width : int
-        Neighbours that are averaged first. Of noise without correlation the result is the same for each width: means
-        deviate less by the square root of it, which is multiplied back. Where neighbours deviate alike, as the blocks
-        of JPEG make them, it rises with the width up to their number: the power of the noise at long waves, which
-        curves follow.
+        Number of neighbours averaged first. For uncorrelated noise the result does not depend on it: means deviate less
+        by its square root, which is multiplied back. For correlated noise, as of JPEG's blocks, it rises with the
+        width: the power of the noise at long waves, which curves follow.
     """
     found = []
     for points in polylines:
@@ -142,7 +141,7 @@ def _distance(z: ComplexArray, start: ComplexArray, end: ComplexArray) -> FloatA
 
 
 def _arms(z: ComplexArray, noise: float) -> _Arms:
-    """Fit the longest arm that the points after each one follow, as seen from where it starts."""
+    """Fit to the points after each one the first arm that is close enough."""
     count = len(z)
     at, way = z.copy(), np.roll(z, -1) - z
     error, misses, reach = np.ones(count), np.ones(count), np.ones(count, np.int64)
@@ -159,7 +158,7 @@ def _arms(z: ComplexArray, noise: float) -> _Arms:
         unit = slope / np.maximum(np.abs(slope), 1e-9)
         across = ((runs - fit @ basis.T) * unit.conj()[:, None]).imag
         miss = np.sqrt((across**2).sum(axis=1) / max(1, number - degree - 1))
-        # The miss of a parabola or line over an arc is its bend, too: a stretch that is not followed closely is no arm.
+        # Over an arc, a parabola or line is off by the arc's curvature as well: no arm.
         good = open_ & (miss <= max(ARM_MISS[degree], 3 * noise)) & (np.abs(slope) > 0.3)
         if (first, number, degree) == ARMS[-1]:
             good = open_ & (np.abs(slope) > 0.1)
@@ -173,7 +172,7 @@ def _arms(z: ComplexArray, noise: float) -> _Arms:
 
 
 def _with_corners(z: ComplexArray, chosen: IntArray, meet: ComplexArray) -> CorneredOutline:
-    """Put corners in the place of the points next to them, which arms leave out."""
+    """Replace the points next to each corner, which arms leave out, by the corner."""
     count = len(z)
     kept = np.ones(count, bool)
     placed = z.copy()

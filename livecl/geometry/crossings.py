@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Self-intersections of outlines, measured by winding numbers.
 
-Around the point where two strands of a closed outline cross, the winding takes three consecutive values, as each strand
-changes it by one. So an outline crosses itself exactly if some area has a winding other than 0 and that of the whole
-outline's turn. Where strands touch, go back on each other or meet in a cusp, that area is zero; so the area, measured
-exactly on the flattened outline, tells crossings from contacts by one tolerance in px^2.
+Around the point where two strands of a closed outline cross, the winding number takes three consecutive values, as each
+strand changes it by one. So an outline crosses itself exactly if some area has a winding number other than 0 and the
+sign of the outline's signed area. Where strands touch, go back on each other or meet in a cusp, that area is zero; so
+the area, measured exactly on the flattened outline, tells crossings from contacts by one tolerance in px^2.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from livecl.geometry import bezier
 
 #: Flattening tolerance, px.
 FLATTENING = 0.01
-#: Area px^2 of other winding up to which an outline does not count as crossing itself: that of a loop 0.03 px wide.
-#: Strands that touch along 2 px or more can reach it by rounding to three decimals, and then count as crossing.
+#: Area px^2 of other winding above which an outline crosses itself: that of a loop 0.03 px wide. Strands that touch
+#: along 2 px or more can exceed it when rounded to three decimals, and then count as crossing.
 CROSSING_AREA = 1e-3
 #: Numbers in one block of work.
 _BLOCK = 1 << 20
-#: How far beyond its ends a line still meets another, as a share of its length: more than rounding loses.
+#: Extension of lines beyond their ends when they are intersected, as a share of their length: more than rounding loses.
 _SLACK = 1e-9
 
 FloatArray = NDArray[np.float64]
@@ -30,7 +30,7 @@ IntArray = NDArray[np.int64]
 
 
 def crossing_area(cubics: ArrayLike, tolerance: float = FLATTENING) -> float:
-    """Return the area that a closed outline (M, 4, 2) px winds around otherwise than a simple outline does.
+    """Return the area in which the winding number of a closed outline (M, 4, 2) px is not that of a simple outline.
 
     Returns
     -------
@@ -42,13 +42,13 @@ def crossing_area(cubics: ArrayLike, tolerance: float = FLATTENING) -> float:
 
 
 def polygon_crossing_area(start: FloatArray) -> float:
-    """Return the area, px^2, that a closed polygon of corners (n, 2) winds around otherwise than a simple one does."""
+    """Return :func:`crossing_area` of a closed polygon of corners (n, 2), px^2."""
     end = np.roll(start, -1, axis=0)
     meetings = _heights_of_meetings(start, end)
     if not len(meetings):
         return 0.0
-    # Between two consecutive heights no lines meet: there the shapes are trapezoids, whose area is the width at
-    # half height times the height.
+    # Between two consecutive heights no lines meet: the shapes there are trapezoids, whose area is the width at half
+    # height times the height.
     heights = np.unique(np.concatenate([start[:, 1], meetings]))
     middles, steps = (heights[1:] + heights[:-1]) / 2, np.diff(heights)
     turn = 1 if np.sum(bezier.cross(start, end)) >= 0 else -1
@@ -85,7 +85,7 @@ def line_meetings(
     i, j : (K,) int
         Pairs of lines, i < j, whose boxes meet, sorted.
     s, t : (K,) float64
-        Place of the meeting as a share of line i and of line j: outside [0, 1] they meet only if made longer.
+        Place of the intersection as a share of line i and of line j; outside [0, 1] only their extensions meet.
 
     Notes
     -----
@@ -123,7 +123,7 @@ def line_meetings(
 
 
 def _heights_of_meetings(start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return y of all points where two lines that are no neighbours cross or touch; parallel lines do not."""
+    """Return y of all points where two lines that are not neighbours or parallel cross or touch."""
     i, _, s, t = line_meetings(start, end, np.zeros(len(start), np.int64))
     meets = (np.minimum(s, t) >= -_SLACK) & (np.maximum(s, t) <= 1 + _SLACK)
     i, s = i[meets], s[meets]
@@ -131,7 +131,7 @@ def _heights_of_meetings(start: FloatArray, end: FloatArray) -> FloatArray:
 
 
 def _widths_of_other_winding(start: FloatArray, end: FloatArray, heights: FloatArray, turn: int) -> FloatArray:
-    """Return how much of each horizontal line y = `heights` has a winding other than 0 and `turn`, px."""
+    """Return the length of each horizontal line y = `heights` with a winding number other than 0 and `turn`, px."""
     y = heights[:, None]
     change = (end[:, 1] <= y).astype(np.int32) - (start[:, 1] <= y)  # +1 where the outline goes up, seen from the left
     rise = end[:, 1] - start[:, 1]

@@ -17,7 +17,7 @@ KAPPA = 4 * (np.sqrt(2) - 1) / 3
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Ellipse:
-    """An ellipse: centre (2,), its two half axes as vectors (2, 2), px, and how many numbers describe it."""
+    """An ellipse: centre (2,), its two half axes as vectors (2, 2), px, and the number of its parameters."""
 
     center: FloatArray
     axes: FloatArray
@@ -38,7 +38,7 @@ class Ellipse:
 
 
 def ellipse_through(points: FloatArray) -> Ellipse | None:
-    """Return the ellipse nearest to points (n, 2) on a part of it; None where a conic through them is none.
+    """Fit an ellipse to points (n, 2) on a part of it; None if the conic through them is no ellipse.
 
     Least squares of a x^2 + b x y + c y^2 + d x + e y = 1 about their centre.
     """

@@ -2,9 +2,9 @@
 """Fit closed cubic paths to a polyline, with anchors at corners and where curves change.
 
 Anchors lie on the polyline. The two handles between two anchors are the least-squares fit to the polyline between them,
-its length being the parameter: a linear problem, as a cubic is linear in its control points. Which anchors leave the
-smallest error for a number of segments is found for all numbers at once by dynamic programming: the best path with k
-segments up to a point is the best with k - 1 up to some earlier point and one segment more.
+parametrized by its length: a linear problem, as a cubic is linear in its control points. The anchors of least error are
+found for all numbers of segments at once by dynamic programming: the best path with k segments up to a point is the
+best with k - 1 up to some earlier point and one segment more.
 """
 
 from __future__ import annotations
@@ -17,9 +17,10 @@ from livecl.geometry.polylines import evenly
 
 FloatArray = NDArray[np.float64]
 
-#: Candidate places of anchors on the polyline: distance px, and maximum; more if more segments are requested.
+#: Candidate places of anchors on the polyline: largest and least number (more if more segments are requested), and
+#: distance, px.
 PLACES, LEAST_PLACES, SPACING = 64, 24, 2.0
-#: Points at which a segment is compared with the polyline, and the polyline's points for each place.
+#: Number of points at which a segment is compared with the polyline, and of the polyline's points for each place.
 POINTS, FINE = 24, 4
 
 
@@ -45,7 +46,7 @@ def _segment_fits(points: FloatArray, places: int) -> tuple[FloatArray, FloatArr
     Returns
     -------
     errors : (places, places) float64
-        Sum of squared distances, by first place and number of places on less one, in units of one place's length.
+        Sum of squared distances, by first place and length in places less one, in units of one place's length.
     handles : (places, places, 2, 2) float64
         The two handles, px.
     """
@@ -71,7 +72,7 @@ def _segment_fits(points: FloatArray, places: int) -> tuple[FloatArray, FloatArr
 
 
 def _corner(errors: FloatArray) -> int:
-    """Return the place that a short segment across it fits worst: an anchor belongs there in any case."""
+    """Return the place where a short segment across it fits worst: it is always an anchor."""
     length = len(errors) // 12
     return int((np.argmax(errors[:, length - 1]) + length // 2) % len(errors))
 
@@ -80,7 +81,7 @@ def _best_places(errors: FloatArray, first: int, most: int) -> list[NDArray[np.i
     """Return the anchors' places of the best paths of 1, 2, ... `most` segments, `first` being one of them."""
     count = len(errors)
     ends, lengths = np.arange(count + 1)[:, None], np.arange(1, count + 1)
-    starts = ends - lengths  # by end, counted from `first` on, and length
+    starts = ends - lengths  # by end, counted from `first`, and length
     cost = np.where(starts >= 0, errors[(first + starts) % count, lengths - 1], np.inf)
     best = np.where(ends[:, 0] == 0, 0.0, np.inf)
     before: list[NDArray[np.int64]] = []

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit the path of least price to a polyline, open or closed: choose its nodes, lines and cubics.
 
-A segment costs what it takes to describe, and the integral of its squared distance from the polyline; a node costs by
-the segments that meet there. The cheapest path is found by dynamic programming over the places: the best one up to a
-place, ending in a line or in a cubic, is the best up to some earlier place and one segment more.
+The price of a segment is that of its description and the integral of its squared distance from the polyline; that of a
+node depends on the segments that meet there. The cheapest path is found by dynamic programming over the places: the
+best one up to a place, ending in a line or in a cubic, is the best up to some earlier place and one segment more.
 
-The handles of a cubic are its least squares across the polyline; along it the parameter is free to first order, so that
-segments are compared without moving the parameters. With axes e_a at its ends (two each: along and across the tangent),
-sample weights w, normals n of the polyline, and b_a the Bernstein weight of the handle that axis a moves, the lengths
-along the axes solve 4 x 4 normal equations in the metric W = ALONG^2 I + (1 - ALONG^2) n n^T. Where lengths are wanted
-exactly, parameters are moved to the curve's nearest points, and so on (P. J. Schneider, *An algorithm for automatically
-fitting digitized curves*, Graphics Gems, 1990).
+The handles of a cubic minimize the squared distances across the polyline; along it the parameter is free to first
+order, so that segments are compared without moving the parameters. With axes e_a at its ends (two each: along and
+across the tangent), sample weights w, normals n of the polyline, and b_a the Bernstein weight of the handle that axis a
+moves, the lengths along the axes solve 4 x 4 normal equations in the metric W = ALONG^2 I + (1 - ALONG^2) n n^T. For
+exact lengths, parameters are moved to the curve's nearest points and the equations solved again, alternately (P. J.
+Schneider, *An algorithm for automatically fitting digitized curves*, Graphics Gems, 1990).
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
 
-#: Samples of a segment between its ends, and where they lie, ends included, as shares of its length.
+#: Number of samples of a segment between its ends, and their places, ends included, as shares of its length.
 SAMPLES = 12
 SHARES = np.concatenate([[0.0], (np.arange(SAMPLES) + 0.5) / SAMPLES, [1.0]])
-#: Weight of distances along the polyline: it decides where those across leave handles open.
+#: Weight of distances along the polyline: it decides where those across leave handles undetermined.
 ALONG = 0.1
-#: Distance, px, by which the end of a line moves at most where it is a corner.
+#: Largest distance, px, by which the end of a line moves if it is a corner.
 MOST_MOVED = 0.25
 #: Length, px, of the shortest line; length of a handle along a given tangent, as a share of the chord at least, and of
 #: the polyline at most; weight that holds handles to a given tangent.
@@ -42,12 +42,12 @@ SHORTEST_LINE, SHORTEST, LONGEST, HOLD = 1.0, 0.01, 2.0, 1e6
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class SegmentPrices:
-    """What a segment costs."""
+    """Prices of a segment."""
 
     #: A straight segment, and a cubic.
     line: float
     curve: float
-    straying: float = 1.0  # a distance of 1 px over a length of 1 px; it grows by the square
+    straying: float = 1.0  # price of a distance of 1 px over a length of 1 px; grows with its square
     #: Largest distance of a line, and of a cubic, px.
     straight: float = np.inf
     tolerance: float = np.inf
@@ -55,16 +55,16 @@ class SegmentPrices:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Tangents:
-    """Unit tangents at the ends of segments, x + iy, in the direction of travel; and which ends are free of them."""
+    """Unit tangents at the ends of segments, x + iy, in the direction of travel; and the ends that ignore them."""
 
     #: (Q,): at either end.
     first: ComplexArray
     last: ComplexArray
-    free: BoolArray  # (Q, 2), whether the handle at either end may point elsewhere: at a corner
+    free: BoolArray  # (Q, 2), whether the handle at either end may have any direction: at a corner
 
 
 class Segments:
-    """Lines and cubics between places of a polyline; what they cost is told for any prices.
+    """Lines and cubics between places of a polyline, and their costs at given prices.
 
     Parameters
     ----------
@@ -73,9 +73,9 @@ class Segments:
     lengths : (Q,) float64
         Length of the polyline, px.
     weights : (Q, SAMPLES) float64, optional
-        How much each sample counts; 1 where not given.
+        Weight of each sample (default: 1).
     tangents : Tangents, optional
-        All ends are free where not given.
+        By default, all ends are free.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Segments:
         self._turned = free.any(axis=1)
 
     def costs(self, prices: SegmentPrices) -> tuple[FloatArray, FloatArray]:
-        """Return what each costs as a line and as a cubic, (Q,) both; infinite where it must not be one."""
+        """Return the cost of each as a line and as a cubic, (Q,) both; infinite if beyond the largest distance."""
         step = prices.straying * self._lengths / SAMPLES
         (lined, far), (curved, astray) = self._lined, self._curved
         lines = prices.line + np.where(far > prices.straight, np.inf, step * lined)
@@ -123,7 +123,7 @@ def _strayed(distances: FloatArray, weights: FloatArray) -> tuple[FloatArray, Fl
 
 
 def _moved_ends(off: FloatArray, weights: FloatArray, free: BoolArray) -> FloatArray:
-    """Return signed distances (Q, SAMPLES) of samples from lines whose free ends, corners, move across them to fit."""
+    """Return signed distances (Q, SAMPLES) of samples from lines, whose free ends (corners) are moved across to fit."""
     inner = SHARES[1:-1]
     basis = np.stack([1 - inner, inner]) * free[:, :, None]  # (Q, 2, SAMPLES)
     gram = (basis * weights[:, None]) @ basis.transpose(0, 2, 1) + 1e-6 * np.eye(2)
@@ -141,17 +141,17 @@ def fit_curves(
     points : (Q, SAMPLES + 2) complex
         As for :class:`Segments`.
     weights : (Q, SAMPLES) float64
-        How much each sample counts.
+        Weight of each sample.
     tangents : Tangents, optional
-        All ends are free where not given.
+        By default, all ends are free.
     rounds : int
-        How often the handles are solved for; the parameters are moved in between.
+        Number of solutions for the handles; the parameters are moved in between.
 
     Returns
     -------
     handles : (Q, 2) complex
     distances : (Q, SAMPLES) float64
-        Of the samples from the curve across the polyline, px.
+        Distances of the samples from the curve, across the polyline, px.
     """
     way = points[:, 2:] - points[:, :-2]
     way = way / np.maximum(np.abs(way), 1e-9)
@@ -248,9 +248,9 @@ def cheapest_way(
     Parameters
     ----------
     lines, curves : (n, n) float64
-        What a line and a cubic from one place (row) to a later one cost.
+        Costs of a line and of a cubic from one place (row) to a later one.
     joins : (3, n) float64, optional
-        What a node costs between two cubics, at a line, and between two lines; nothing where not given.
+        Costs of a node between two cubics, between a line and a cubic, and between two lines (default: 0).
     """
     count = len(lines)
     joins = np.zeros((3, count)) if joins is None else joins.copy()

@@ -3,7 +3,7 @@
 
 An anchor moves to where the offsets of its two tangents meet, as at a miter: by d (n_1 + n_2) / (1 + n_1 . n_2) with
 the unit normals n_1 and n_2 there. Handles keep their directions and grow as the chord does, which is exact for lines
-and circular arcs. Segments that the offset turns round, as arcs of a smaller radius than d, are left out.
+and circular arcs. Segments that the offset reverses, as arcs of a smaller radius than d, are left out.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ SHARPEST = 0.1
 
 
 def offset_outline(points: FloatArray, distance: float, shortest: float = 0.0) -> FloatArray | None:
-    """Return a closed subpath (m, 3, 2) at a signed distance, px, along the normals (t_y, -t_x) of its tangents t.
+    """Offset a closed subpath (m, 3, 2) by a signed distance, px, along the normals (t_y, -t_x) of its tangents t.
 
-    Outwards where the signed area is positive. Segments with a chord below the `shortest`, px, are left out, too; None
-    where nothing is left.
+    Positive distances move it outwards if its signed area is positive. Segments with a chord below `shortest`, px, are
+    left out; None if nothing is left.
     """
     cubics = np.concatenate([points, np.roll(points, -1, axis=0)[:, :1]], axis=1)
     turn = np.sign(signed_area(cubics))
@@ -60,7 +60,7 @@ def _directions(cubics: FloatArray) -> FloatArray:
 
 
 def _meetings(ends: FloatArray, into: FloatArray, starts: FloatArray, out: FloatArray, distance: float) -> FloatArray:
-    """Return where the offsets of two tangents meet: one that ends and one that starts, at points (m, 2) each."""
+    """Return the intersections of the offsets of two tangents: one that ends and one that starts, at points (m, 2)."""
     first, second = (np.stack([way[:, 1], -way[:, 0]], axis=1) for way in (into, out))
     a, b = ends + distance * first, starts + distance * second
     meets = (np.abs(cross(into, out)) > 0.05) & (1 + (first * second).sum(axis=1) > SHARPEST)

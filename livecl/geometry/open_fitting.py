@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit open or closed cubic paths of the fewest segments to a polyline, within a tolerance.
 
-Corners are found first, where the polyline turns by much within a short reach; between them, every run from one place
+Corners are found first, where the polyline turns sharply within a short reach; between them, every run from one place
 to another is a candidate segment: the line between them if that is close enough, else the least-squares cubic with the
-length along the polyline as parameter. Dynamic programming takes the fewest segments that are all close enough, and of
-those the ones with the smallest squared distance.
+length along the polyline as parameter. Dynamic programming finds the fewest segments that are all close enough, and
+among those the smallest sum of squared distances.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from livecl.geometry.polylines import lengths_along, points_at
 
 FloatArray = NDArray[np.float64]
 
-#: Turn, radians, within the reach of a corner that makes it one; set on the line drawings of docs/strokes.md.
+#: Least turn of a corner within its reach, radians; set on the line drawings of docs/strokes.md.
 MIN_TURN = 0.75
-#: Most places between two corners at which a segment may end: bounds the time, which grows with their square.
+#: Maximum number of candidate nodes between two corners: the time grows with its square.
 MAX_PLACES = 28
-#: Distance, px, from the line between two ends up to which a segment needs no bend: less than is seen.
+#: Largest distance, px, of a segment from its chord at which it becomes a line: less than is visible.
 NO_BEND = 0.05
 
 
@@ -38,9 +38,9 @@ def fit_line(points: FloatArray, tolerance: float, reach: float, closed: bool = 
     tolerance : float
         Largest distance of a point of the polyline from the path, px.
     reach : float
-        Length, px, before and behind a point within which it is a corner if the polyline turns.
+        Length, px, before and after a point within which the turn of a corner is measured.
     closed : bool
-        Whether the end is the beginning.
+        Whether the polyline is closed.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def fit_line(points: FloatArray, tolerance: float, reach: float, closed: bool = 
 
 
 def _corners(points: FloatArray, places: FloatArray, reach: float) -> list[int]:
-    """Return the points at which a polyline turns most, if by enough, one within the reach."""
+    """Return the corners: the points of locally largest turn, if that is large enough, one within each reach."""
     u, v = points - points_at(places - reach, points, places), points_at(places + reach, points, places) - points
     turns = np.abs(np.arctan2(cross(u, v), (u * v).sum(axis=1)))
     inside = (places > reach / 2) & (places < places[-1] - reach / 2)
@@ -83,9 +83,9 @@ def _corners(points: FloatArray, places: FloatArray, reach: float) -> list[int]:
 
 
 def _crossing(points: FloatArray, places: FloatArray, at: int, reach: float) -> FloatArray:
-    """Return where the lines before and after a corner meet, the corner itself where they do not nearby.
+    """Return the intersection of the lines before and after a corner; the corner itself if there is none nearby.
 
-    Half the reach around it is left out: there the middle of a pen's mark is rounder than its course.
+    Half the reach around it is left out: there the centre line of the drawn mark is rounder than the pen's path.
     """
     lines = []
     for side in (-1, 1):
@@ -114,7 +114,7 @@ def _smooth_rows(points: FloatArray, tolerance: float) -> list[FloatArray]:
         options: list[tuple[float, float, int, FloatArray]] = []
         for i in range(j):
             if options and best[i][0] + 1 > min(option[0] for option in options):
-                continue  # more segments than from a place before
+                continue  # more segments than from an earlier place
             row, miss, squares = segment_along(points[stops[i] : stops[j] + 1], places[stops[i] : stops[j] + 1])
             close = miss <= tolerance or j - i == 1
             if close:

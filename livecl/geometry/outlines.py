@@ -30,7 +30,7 @@ def polygon_path(corners: ArrayLike) -> FloatArray:
 def random_outline(center: ArrayLike, segments: int, size: tuple[int, int], rng: np.random.Generator) -> FloatArray:
     """Return a random closed path (s, 3, 2) px: each control point within 2.5 % of the canvas of the one before.
 
-    The outline of DiffVG's random paths (Li et al. 2020), as far as the paper's baseline and ablation go.
+    The random paths of DiffVG's examples (Li et al. 2020), as in the paper's baseline and ablation.
     """
     steps = rng.uniform(-0.5, 0.5, size=(3 * segments, 2)) * 0.05 * np.array([size[1], size[0]])
     steps[0] = 0
@@ -38,5 +38,5 @@ def random_outline(center: ArrayLike, segments: int, size: tuple[int, int], rng:
 
 
 def reversed_path(path: FloatArray) -> FloatArray:
-    """Return a closed path (s, 3, 2) run through the other way round, from the same anchor on."""
+    """Return a closed path (s, 3, 2) in the opposite direction, from the same anchor."""
     return np.roll(path.reshape(-1, 2)[::-1], 1, axis=0).reshape(path.shape)

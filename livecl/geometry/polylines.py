@@ -20,7 +20,7 @@ def points_at(places: FloatArray, points: FloatArray, lengths: FloatArray) -> Fl
 
 
 def evenly(outline: FloatArray, count: int | None = None) -> FloatArray:
-    """Return points at equal steps along a closed polyline (n, 2): `count`, or, at steps of about 1 px, 8 or more."""
+    """Return `count` points at equal steps along a closed polyline (n, 2); by default at about 1 px, at least 8."""
     closed = np.concatenate([outline, outline[:1]])
     lengths = lengths_along(closed)
     count = max(8, round(lengths[-1])) if count is None else count
@@ -28,12 +28,12 @@ def evenly(outline: FloatArray, count: int | None = None) -> FloatArray:
 
 
 def unit(vectors: FloatArray) -> FloatArray:
-    """Return vectors (..., 2) at length 1, zeros as they are."""
+    """Normalize vectors (..., 2); zero vectors stay zero."""
     lengths = np.hypot(vectors[..., 0], vectors[..., 1])[..., None]
     return np.asarray(vectors / np.where(lengths > 0, lengths, 1))
 
 
 def polygon_area(points: FloatArray) -> float:
-    """Return the area within a closed polyline (n, 2), px^2, negative where it runs the other way round."""
+    """Return the signed area of a closed polyline (n, 2), px^2: positive if clockwise on the screen."""
     x, y = points.T
     return 0.5 * float(x[:-1] @ y[1:] - y[:-1] @ x[1:] + x[-1] * y[0] - y[-1] * x[0])

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Refine a path along an outline: smooth joins, lines that stay lines, least squared distance (Gauss-Newton).
 
-Control points follow from fewer numbers: anchors; the direction of a smooth join, which the line beside it gives where
-there is one; lengths of handles; both coordinates of handles at corners. Distances are measured across the path, and
-the parameters of the outline's points are corrected by Newton's method between the steps.
+The unknowns are fewer than the control points' coordinates: anchors; the direction of each smooth join (given by the
+line beside it, if there is one); lengths of handles; both coordinates of handles at corners. Distances are measured
+across the path, and the parameters of the outline's points are corrected by Newton's method between the steps.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from livecl.geometry.simplest import Draft, MeasuredOutline
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Steps; how far a number is drawn to its value before, beside a point's weight of 1 for each px, and by how much more
-#: after a step that was none for the better (Levenberg); shortest handle, as a share of the distance between the
-#: anchors, and longest, as one of the outline's length between them: that of three quarters of a circle is 0.68.
+#: Number of steps; damping (Levenberg), beside a weight of 1 for each px of the outline, and its factor after a step
+#: that did not lower the error; shortest handle, as a share of the distance between the anchors, and longest, as one of
+#: the outline's length between them: that of three quarters of a circle is 0.68.
 STEPS, RIDGE, STIFFER, SHORTEST, LONGEST = 6, 0.02, 16.0, 0.05, 1.0
-#: Share of the error before from which on a step has not gained anything worth another.
+#: The steps end once the error is more than this share of the error before.
 SETTLED = 0.97
-#: Cosine of the largest angle between two directions that are made one, and length, px, up to which a line gives none.
+#: Cosine of the largest angle between the directions of a smooth join; lines up to this length, px, give no direction.
 SMOOTH, SHORT = 0.9, 4.0
-#: Unknowns from which on equations are solved as sparse ones: below it, dense ones are as fast.
+#: Number of unknowns above which the equations are solved as sparse ones: below it, dense ones are as fast.
 MANY = 100
 
 
@@ -43,12 +43,12 @@ class Refined:
 
     cubics: FloatArray  # (S, 4, 2), control points
     error: float  # integral of the squared distance along the outline, px^3
-    errors: FloatArray  # (S,), what each segment has of it
-    smooth: NDArray[np.bool_]  # (S,), whether the join at the begin of each segment is smooth
+    errors: FloatArray  # (S,), each segment's part of it
+    smooth: NDArray[np.bool_]  # (S,), whether the join at the beginning of each segment is smooth
 
 
 def refined(measured: MeasuredOutline, draft: Draft, steps: int = STEPS) -> Refined:
-    """Make a draft smooth, and fit it to the outline."""
+    """Make the joins of a draft smooth, and fit it to the outline."""
     points, places = measured.outline.points, measured.lengths[:-1]
     sizes = np.diff(measured.lengths)
     weights = (sizes + np.roll(sizes, 1)) / 2
@@ -87,7 +87,7 @@ def refined(measured: MeasuredOutline, draft: Draft, steps: int = STEPS) -> Refi
 def _reparametrized(
     cubics: FloatArray, points: FloatArray, owner: IntArray, t: FloatArray
 ) -> tuple[IntArray, FloatArray]:
-    """One Newton step towards the nearest parameter; beyond its ends a point goes on to the next segment."""
+    """Take a Newton step towards the nearest parameters; points beyond a segment's end move to the next segment."""
     for _ in range(2):
         own = cubics[owner]
         at, first, bends = np.einsum("nk,nkd->nd", bernstein(t), own), derivative(own, t), np.diff(own, 2, axis=1)
@@ -116,11 +116,11 @@ def _misses(
 
 @dataclasses.dataclass(eq=False)
 class _Chain:
-    """The numbers that a path follows from."""
+    """The unknowns of a path."""
 
     anchors: FloatArray  # (S, 2), where segments begin
     straight: NDArray[np.bool_]  # (S,), segments that are lines
-    smooth: NDArray[np.bool_]  # (S,), anchors at which both directions are one
+    smooth: NDArray[np.bool_]  # (S,), anchors of smooth joins
     ways: FloatArray  # (S, 2), unit direction at smooth anchors
     #: (S,): lengths of the handles after and before smooth anchors.
     out: FloatArray
@@ -148,7 +148,7 @@ class _Chain:
         return chain
 
     def _bound(self) -> None:
-        """Turn directions along lines, and keep handles from vanishing and from overshooting."""
+        """Align directions with the lines beside them, and bound the lengths of handles."""
         ahead = np.roll(self.anchors, -1, axis=0) - self.anchors
         least, most = SHORTEST * np.hypot(*ahead.T), LONGEST * self.reach
         for lines, way in ((self.straight, ahead), (np.roll(self.straight, 1), np.roll(ahead, 1, axis=0))):
@@ -169,7 +169,7 @@ class _Chain:
         return np.stack([self.anchors, first, second, end], axis=1)
 
     def stepped(self, owner: IntArray, rows: FloatArray, misses: FloatArray, ridge: float) -> _Chain:
-        """Return the chain after a Gauss-Newton step, in which rows (n, 8) @ control points lessen the misses (n,)."""
+        """Return the chain after a Gauss-Newton step: rows (n, 8) are the derivatives of the distances (n,)."""
         count = len(self.anchors)
         order = np.argsort(owner, kind="stable")
         rows, misses, owner = rows[order], misses[order], owner[order]
@@ -183,7 +183,7 @@ class _Chain:
         turns = columns["way"][columns["way"] < total]
         scale[turns] = np.maximum(self.out, self.back)[columns["way"] < total] ** 2
         at_row, at_column, values = self._derivatives(columns)
-        if total > MANY:  # each unknown meets those of the segments beside it only
+        if total > MANY:  # each unknown is coupled to those of neighbouring segments only
             inside = at_column < total
             entries = (values[inside], (at_row[inside], at_column[inside]))
             sparse_jacobian = sparse.csr_array(entries, shape=(count * 8, total))
@@ -224,7 +224,7 @@ class _Chain:
         return columns
 
     def _derivatives(self, c: dict[str, Any]) -> tuple[IntArray, IntArray, FloatArray]:
-        """Return the derivatives of the control points by the unknowns: rows, columns and values, which add up."""
+        """Return the derivatives of the control points by the unknowns: rows, columns and values (COO: they add up)."""
         count = len(self.anchors)
         j = np.arange(count)
         nxt = (j + 1) % count
@@ -254,7 +254,7 @@ class _Chain:
                 add(at[smooth], c[kind][smooth], sign * self.ways[smooth, axis])
                 add(at[smooth], c["way"][smooth], (sign * lengths * turned[:, axis])[smooth])
                 add(at[free], c[kind if axis == 0 else kind + "_y"][free], float(sign))
-            # A direction that a line gives turns with the line's ends.
+            # A direction given by a line turns with the line's ends.
             for tied, a, b in (
                 (smooth & np.roll(self.straight, 1), j, prev),
                 (smooth & self.straight, nxt, j),

@@ -19,8 +19,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-#: Candidate nodes: largest spacing along the outline, px, and turning, radians; least spacing, px; most of them between
-#: two corners.
+#: Candidate nodes: largest spacing along the outline, px, and turning, radians; least spacing, px; maximum number
+#: between two corners.
 PLACE_LENGTH, PLACE_TURN, LEAST_SPACING, MOST_PLACES = 12.0, 0.2, 2.0, 56
 
 
@@ -74,7 +74,7 @@ def simplest_path(measured: MeasuredOutline, prices: SegmentPrices) -> Draft:
         return _loop(measured, prices)
     ends = np.array([*corners, corners[0] + measured.total])
     whole = _Fits(measured, ends[:-1], ends[1:], prices)
-    # What costs no more than two lines without error is cheapest.
+    # A segment that costs no more than two lines without error is cheapest.
     open_ = whole.least > 2 * prices.line
     spans = [measured.places(ends[k], ends[k + 1]) if open_[k] else ends[k : k + 2] for k in range(len(corners))]
     pairs = [np.stack(np.triu_indices(len(span), 1)) for span in spans]
@@ -125,7 +125,7 @@ def _loop(measured: MeasuredOutline, prices: SegmentPrices) -> Draft:
 
 
 def without_anchors(measured: MeasuredOutline, draft: Draft, prices: SegmentPrices) -> list[tuple[float, float, Draft]]:
-    """Return the place of each anchor but corners, the rise of the price without it, the least first, and that path."""
+    """Return for each anchor that is no corner its place, the path without it and the rise in price, least first."""
     count = len(draft.places)
     if count < 3:
         return []
@@ -152,7 +152,7 @@ def without_anchors(measured: MeasuredOutline, draft: Draft, prices: SegmentPric
 
 
 class _Fits(Segments):
-    """Lines and cubics from some lengths of an outline (Q,) to others, and what the better of both costs."""
+    """Lines and cubics between places of an outline (Q,), and the cost of the cheaper of both."""
 
     def __init__(self, measured: MeasuredOutline, starts: FloatArray, ends: FloatArray, prices: SegmentPrices) -> None:
         points = measured.at(starts[:, None] + (ends - starts)[:, None] * SHARES)

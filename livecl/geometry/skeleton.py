@@ -2,9 +2,9 @@
 """Skeletonize a mask of thin shapes: trace its centre lines, continued straight across junctions.
 
 The skeleton (thinning by Zhang and Suen, Communications of the ACM 27, 1984; scikit-image's) is a graph: branches of
-pixels between ends and junctions. Branches that are no longer than the shape is wide there are either spurs, at an end,
-which are dropped, or bridges between two junctions of one crossing, which are drawn together. At each junction, the two
-branches that continue each other best are one line.
+pixels between ends and junctions. Branches that are no longer than the shape is wide there are either spurs, with a
+free end, which are dropped, or bridges between two junctions of one crossing, which are contracted. At each junction,
+the two branches that continue each other best become one line.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ FloatArray = NDArray[np.float64]
 #: Largest cosine between the directions of two branches, both pointing away from a junction, that form one line: 140
 #: degrees.
 MAX_COSINE = -0.77
-#: Spurs: lengths in half widths up to which a branch is one, whatever it is like, and if it ends in a corner, where the
-#: distance to the border falls below these shares of the half width, at its end and in its middle.
+#: Spurs: length in half widths up to which a branch is one in any case, and up to which it is one if it ends in a
+#: corner; there the distance to the border, as a share of the half width, is below these at its end and in its middle.
 SHORT, LONG, TAPER, MIDDLE = 1.2, 5.0, 0.6, 0.75
-#: Half width at a junction in usual half widths of the shape, at most: more lines that meet there make it wider.
+#: Largest radius of a junction when spurs are judged, in usual half widths of the shape: more lines that meet widen it.
 WIDEST = 1.2
 #: Longest bridge of a crossing at a small angle, half widths.
 FLAT_BRIDGE = 8.0
-#: Pixels of ground laid around a mask.
+#: Empty pixels added around a mask.
 PADDING = 2
-#: Largest difference of the cosines that a stem makes with the two sides of a loop that it leaves.
+#: Largest difference between the cosines of a stem's angles with the two sides of its loop.
 STEM = 0.5
-#: Half widths around a junction within which lines run straight on: the skeleton is drawn aside there.
+#: Radius around a junction, half widths, within which lines are straightened: the skeleton is distorted there.
 CLEAR = 1.5
 #: Half widths of the shape along which the direction of a branch is measured, beyond the junction itself.
 REACH = 3.0
@@ -47,7 +47,7 @@ class CenterLine:
 
     points: FloatArray  # (n, 2), points (x, y) along it, in pixels of the mask, whose centres lie at halves
     radii: FloatArray  # (n,), distance of each point to the border of the shape
-    closed: bool  # whether its end is its beginning
+    closed: bool
 
     @property
     def length(self) -> float:
@@ -60,7 +60,7 @@ def center_lines(mask: NDArray[np.bool_]) -> list[CenterLine]:
     """Return the centre lines of the thin shapes of a mask (H, W), the longest first."""
     from skimage.morphology import skeletonize
 
-    mask = np.pad(mask, PADDING)  # the canvas's border ends shapes, too
+    mask = np.pad(mask, PADDING)  # shapes end at the canvas's border
     interruption.check()
     skeleton = skeletonize(mask)
     interruption.check()
@@ -135,7 +135,7 @@ class _Graph:
         self.branches = [branch for branch in self.branches if branch not in gone]
 
     def _is_spur(self, branch: Branch, junction: int) -> bool:
-        """Whether a branch only leads from the middle of the shape to a corner of its border."""
+        """Whether a branch merely leads from the middle of the shape to a corner of its border."""
         points = branch.points if branch.nodes is not None and branch.nodes[0] == junction else branch.points[::-1]
         length, radius = _length(points), min(self._radius(junction), WIDEST * self._half_width(junction))
         rows, columns = np.rint(points[[len(points) // 2, -2 % len(points), -1]]).astype(int).T
@@ -144,9 +144,9 @@ class _Graph:
         return length <= SHORT * radius or (tapers and length <= LONG * radius)
 
     def contract_bridges(self) -> None:
-        """Draw together the two junctions that a crossing makes in the skeleton.
+        """Merge the two junctions into which the skeleton splits a crossing.
 
-        With each, only the branches that meet there are looked at again, and those further on.
+        After each, only the branches at that junction and at their other ends are tested again.
         """
         ends = self._by_node()
         order, gone = {branch: number for number, branch in enumerate(self.branches)}, set[Branch]()
@@ -210,14 +210,14 @@ class _Graph:
             )
             loop = self._stemmed_loop(ends, directions)
             for cosine, i, j in [(-1.0, *loop), *pairs] if loop else pairs:
-                alone = len(ends) == 2  # no crossing: a corner
+                alone = len(ends) == 2  # a corner, no crossing
                 if (cosine <= MAX_COSINE or alone) and ends[i] not in following and ends[j] not in following:
                     following[ends[i]], following[ends[j]] = ends[j], ends[i]
         return self._chains(following)
 
     @staticmethod
     def _stemmed_loop(ends: list[tuple[int, int]], directions: list[FloatArray]) -> tuple[int, int] | None:
-        """Return the two ends at a node that are one branch's, a loop, if a stem leaves it straight outwards."""
+        """Return the two ends of a loop at a node, if the third branch there is a stem that leaves it symmetrically."""
         if len(ends) != 3:
             return None
         for i, j, stem in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):

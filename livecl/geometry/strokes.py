@@ -104,7 +104,7 @@ class StrokeOutlines:
 
 
 class Pens(NamedTuple):
-    """What draws S strokes; one number stands for all of them."""
+    """Widths, caps and joins of S strokes; a single number applies to all of them."""
 
     widths: ArrayLike  # (S,), width of each stroke, px
     #: (S,): indices into CAPS and JOINS.
@@ -134,9 +134,9 @@ def outline_strokes(
     pens : Pens
         Widths, caps and joins.
     closed : (S,) array_like of bool
-        Whether a line leads from the last vertex to the first.
+        Whether each stroke is closed.
     smooth : (V,) array_like of bool, optional
-        Vertices within a curve: their joins are round whatever the pens' are.
+        Vertices within a curve: their joins are always round.
     tolerance : float
         Largest distance between an arc and its lines, px.
 
@@ -180,7 +180,7 @@ Part = tuple[NDArray[Any], ...]
 
 
 def _place(lines: CenterLines, vertices: IntArray, side: int) -> tuple[IntArray, IntArray]:
-    """Return the loop of each corner and its place there: one side runs forward, the other one back."""
+    """Return the loop of each corner and its order there: one side runs forward, the other back."""
     strokes, num = lines.strokes[vertices], len(lines.vertices)
     if side < 0:
         return 2 * strokes, vertices

@@ -22,43 +22,43 @@ FloatArray = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class TracingPrices:
-    """What a path pays for."""
+    """Prices of a traced path."""
 
-    #: One segment more, px^3: the integral of the squared distance along the outline that it is worth.
+    #: A segment, in px^3: it is worth as much as this integral of the squared distance along the outline.
     segment: float = 0.05
-    curve: float = 1.5  # a cubic, in straight segments
+    curve: float = 1.5  # a cubic, in prices of a straight segment
     #: A segment in a noisy picture, in variances of the points across the outline (px^2, at steps of 1 px): a cubic has
     #: six coordinates more, which fit noise of as many variances.
     noise: float = 12.0
 
 
 PRICES = TracingPrices()
-#: Area, px^2, by which a path that crosses itself may change when its loops are cut out; prices tried where it is more,
-#: and how much cheaper segments get each time.
+#: Largest area, px^2, by which cutting out its loops may change a path that crosses itself; number of lower prices
+#: tried where it is more, and their ratio.
 MOST_LOST, TRIALS, CHEAPER = 3.0, 2, 4.0
-#: Anchors that are taken out in vain before a path counts as simple; by how many cubics the price may rise that a path
-#: without an anchor has before it is refined; and steps of that refinement.
+#: Number of failed removals of anchors after which a path counts as simple; largest rise in price without an anchor, in
+#: prices of a cubic, at which the removal is tried; and steps of the refinement of such a path.
 MOST_FAILURES, MOST_RISE, TRIAL_STEPS = 3, 20.0, 3
-#: Numbers that describe a cubic which joins the one before smoothly: anchor, direction, two handles.
+#: Parameters of a cubic that joins the one before smoothly: anchor, direction, two handles' lengths.
 CURVE_NUMBERS = 5
 
 
 def traced_path(points: FloatArray, noise: float, prices: TracingPrices = PRICES, waves: float = 0.0) -> FloatArray:
-    """Return the closed path (s, 3, 2) along a polyline (n, 2), px, at steps of about 1 px, of the smallest price.
+    """Return the closed path (s, 3, 2) of the smallest price along a polyline (n, 2), px, at steps of about 1 px.
 
-    Loops are cut out where it crosses itself; where that would take away more, segments get cheaper, so that it follows
-    two sides of a neck closely; where that is in vain the path of a polyline that does not cross itself keeps them.
+    If it crosses itself, small loops are cut out. Instead of cutting large ones, segments are made cheaper, so that the
+    path follows both sides of a neck closely; if that fails, the path keeps them unless the polyline crosses itself.
 
     Parameters
     ----------
     points : (n, 2) float64
-        Closed outline; the path runs its way.
+        Closed outline; the path has its direction.
     noise : float
         Standard deviation of the points across the outline, px.
     prices : TracingPrices
-        What is paid for.
+        Prices of segments.
     waves : float
-        The same at long waves, which curves follow, where it is larger (:func:`noise_of` with a width): its price.
+        The same at long waves, which curves follow (:func:`noise_of` with a width), if larger; it sets the price.
     """
     outline = find_corners(points, noise)
     price = prices.segment + prices.noise * max(noise, waves) ** 2
@@ -107,7 +107,7 @@ def _refined(
 ) -> tuple[Draft, FloatArray, float]:
     """Return a draft with the refined path, that path's cubics, and its price.
 
-    Joins get corners where the path misses the outline by more than a segment's price beside them.
+    A join becomes a corner if the error of the segments beside it exceeds a segment's price.
     """
     found = refined(measured, draft, steps)
     far = found.smooth & (found.errors + np.roll(found.errors, 1) > prices.line)
@@ -121,7 +121,7 @@ def _refined(
 
 
 def _best_ellipse(points: FloatArray, prices: SegmentPrices) -> tuple[float, FloatArray | None]:
-    """Return the price and the cubics of the best ellipse along an outline."""
+    """Return the price and the cubics of the cheapest ellipse along an outline."""
     sizes = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
     weights = (sizes + np.roll(sizes, 1)) / 2
     best: tuple[float, FloatArray | None] = np.inf, None

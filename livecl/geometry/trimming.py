@@ -2,8 +2,8 @@
 """Trimming: cut closed outlines down to a rectangle, with the same winding numbers in it.
 
 Half-plane by half-plane, after Sutherland and Hodgman (*Reentrant polygon clipping*, CACM 17 (1), 1974), with cubics in
-place of edges: each part of an outline beyond the line is replaced by the piece of the line between its ends. Both lie
-beyond the points that are kept, so that the outline turns around these as often as before.
+place of edges: each part of an outline beyond the line is replaced by the piece of the line between its ends. Neither
+enters the half-plane that is kept, so winding numbers there do not change.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from livecl.geometry.bezier import bernstein, subsegment
 
 FloatArray = NDArray[np.float64]
 
-#: Shortest piece of a segment that is cut off, as a part of its parameter's range.
+#: Shortest piece of a segment that is cut off, in its parameter.
 SHORTEST = 1e-6
 #: Parameters of the handles of a straight segment.
 _THIRDS = np.linspace(0, 1, 4)[:, None]
@@ -31,7 +31,7 @@ def trimmed_outline(points: FloatArray, low: FloatArray, high: FloatArray) -> Fl
     Returns
     -------
     (t, 3, 2) or None
-        The same array where nothing lies beyond; None where nothing lies within.
+        The same array if all of it lies within; None if nothing does.
     """
     if (points >= low).all() and (points <= high).all():
         return points

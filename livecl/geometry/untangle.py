@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Untangling: cut the loops out of outlines that cross themselves.
 
-Where two strands of a closed outline cross, the outline falls into two closed parts that meet in the crossing. The
-larger is kept, with an anchor there: at a corner whose curves overshoot this leaves the corner, sharp, and the rest as
-it was.
+Where two strands of a closed outline cross, the crossing divides it into two closed parts. The larger is kept, with an
+anchor at the crossing: where curves overshoot a corner, this leaves a sharp corner and does not change the rest.
 """
 
 from __future__ import annotations
@@ -21,11 +20,11 @@ from livecl.geometry.polylines import lengths_along
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Distance px between curve and lines that crossings are looked for on.
+#: Flattening tolerance for the search of crossings, px.
 TOLERANCE = 0.02
-#: Lines of a segment at most: pairs of lines are looked at, all of them at once.
+#: Maximum number of lines of a segment: the search works on pairs of lines.
 MAX_PIECES = 64
-#: Crossings that are taken out of one outline at most.
+#: Maximum number of crossings removed from one outline.
 MAX_CROSSINGS = 24
 #: Newton steps from a crossing of lines to that of the curves.
 NEWTON_STEPS = 4
@@ -48,15 +47,15 @@ def untangle(outlines: Sequence[FloatArray], largest: float = np.inf) -> list[Fl
     Parameters
     ----------
     outlines : sequence of (s, 4, 2) float64
-        Control points of a closed outline each, px.
+        Control points of each closed outline, px.
     largest : float
-        Area of a loop, px^2: an outline with a larger one is left as it is.
+        Outlines with a loop of a larger area, px^2, are not changed.
 
     Returns
     -------
     list of (s, 4, 2) float64
-        As many segments each, of which those far from the crossings are unchanged and in their place; the very array
-        that was given where nothing crosses.
+        The numbers of segments do not change, nor do segments far from the crossings and their indices; without
+        crossings, the same array.
     """
     found = list(outlines)
     tangled = list(range(len(found)))
@@ -105,7 +104,7 @@ def find_crossings(outlines: Sequence[FloatArray]) -> list[Crossing | None]:
     tangled, chosen = [], []
     for k in np.unique(owners[i]):
         hits = np.flatnonzero((owners[i] == k) & inside)
-        if not len(hits):  # a meeting at a corner of the lines is a crossing or a contact: the winding tells
+        if not len(hits):  # lines that meet at their ends cross or touch: winding numbers tell
             hits = np.flatnonzero(owners[i] == k)
             if crossing_area(outlines[k]) <= CROSSING_AREA:
                 continue
@@ -138,7 +137,7 @@ def _loop_areas(corners: FloatArray, owners: IntArray, pairs: tuple[IntArray, In
 
 
 def _refined(strands: FloatArray, places: FloatArray) -> FloatArray:
-    """Newton's method on P(t) = Q(u), (2, K, 4, 2); the crossings of the lines, (2, K), where it leads astray."""
+    """Refine crossings by Newton's method on P(t) = Q(u), (2, K, 4, 2); those of lines, (2, K), where it diverges."""
     refined = places.copy()
     whole = np.ones(places.shape[1], bool)
     for _ in range(NEWTON_STEPS):
@@ -152,7 +151,7 @@ def _refined(strands: FloatArray, places: FloatArray) -> FloatArray:
 
 
 def _parts(cubics: FloatArray, crossing: Crossing) -> tuple[FloatArray, FloatArray]:
-    """Return the two closed parts that meet in a crossing: between its strands, and the rest."""
+    """Return the two closed parts of an outline that meet in a crossing: the loop between its strands, and the rest."""
     i, j, t, u = crossing.first, crossing.second, crossing.t, crossing.u
     parts = subsegment(cubics[[i, i, i, j, j]], [0, t, t, 0, u], [t, u, 1, u, 1])
     inner = parts[1:2] if i == j else np.concatenate([parts[2:3], cubics[i + 1 : j], parts[3:4]])
@@ -173,7 +172,7 @@ def _trim(cubics: FloatArray, crossing: Crossing) -> FloatArray:
         kept = np.concatenate([kept[:k], subsegment(kept[k], [0, 0.5], [0.5, 1]), kept[k + 1 :]])
     places = np.arange(count) - np.arange(count)[:, None]  # element at each place, by the turn
     stays = (kept[places] == cubics).all(axis=(2, 3)).sum(axis=1)
-    return np.asarray(kept[places[np.argmax(stays)]])  # as many in place as can be
+    return np.asarray(kept[places[np.argmax(stays)]])  # the turn that keeps most segments' indices
 
 
 def _one_cubic(first: FloatArray, second: FloatArray) -> FloatArray:

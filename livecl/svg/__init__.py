@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read and write SVG as `Drawing`.
 
-A saved file holds the drawing of :func:`quantize`, to the last digit: :func:`read_svg` gives it back equal.
+A saved file holds exactly the drawing returned by :func:`quantize`, and :func:`read_svg` returns an equal one.
 """
 
 import lazy_loader

@@ -22,13 +22,13 @@ from livecl.svg import format_svg
 from livecl.svg.servers import format_gradient
 from livecl.svg.writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE
 
-#: Seconds from the first drawing to the last, at least.
+#: Least time from the first drawing to the last, seconds.
 MIN_SECONDS = 0.02
-#: Half of the smallest step of a colour.
+#: Half a level of an 8-bit colour.
 HALF_LEVEL = 0.5 / 255
 #: Decimals of a gradient's angle, degrees.
 ANGLE_DECIMALS = 3
-#: Attributes of a stroke that have no values in between, and what they are where none is written.
+#: Attributes of a stroke that cannot be interpolated, and their values by default.
 PEN = {"stroke-linecap": "butt", "stroke-linejoin": "miter", "stroke-miterlimit": f"{DEFAULT_MITER_LIMIT:g}"}
 
 FloatArray = NDArray[np.float64]
@@ -36,7 +36,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True)
 class _Timeline:
-    """A round of an animation: the drawings in the order in which they are met, and when, in seconds: (K,) each."""
+    """A cycle of an animation: indices of the drawings in the order shown, and their times, seconds: (K,) each."""
 
     order: list[int]
     times: FloatArray
@@ -45,12 +45,12 @@ class _Timeline:
 def format_animated_svg(
     drawings: Sequence[Drawing], *, seconds: float = 2.0, hold: float = 0.0, bounce: bool = True, precision: int = 3
 ) -> str:
-    """Return an SVG that moves from drawing to drawing, and never ends.
+    """Return an SVG that moves from drawing to drawing in an endless loop.
 
-    The path data, paints and widths of layers are animated (SMIL), linearly from each drawing to the next at even
-    times; caps, joins and miter limits change half-way. What does not change is not animated, and a drawing that lies
-    on the way between its neighbours adds nothing to the file.
-    Where nothing plays animations the first drawing is seen.
+    The path data, paints and widths of layers are animated (SMIL), linearly from each drawing to the next at equal
+    intervals; caps, joins and miter limits change half-way. Attributes that do not change are not animated, and a
+    drawing that is an interpolation of its neighbours adds nothing to the file. Viewers without animation show the
+    first drawing.
 
     Parameters
     ----------
@@ -60,9 +60,9 @@ def format_animated_svg(
     seconds : float
         Time from the first drawing to the last.
     hold : float
-        Time for which the first and the last drawing stand still.
+        Time for which the first and the last drawing are shown still.
     bounce : bool
-        Whether it goes back the way that it came, or starts again from the first drawing.
+        Whether it plays backwards at the end, or restarts from the first drawing.
     precision : int
         Decimals kept of coordinates in px, 0 to 9.
 
@@ -79,7 +79,7 @@ def format_animated_svg(
     _check_structure(drawings)
     check_number("seconds", seconds, MIN_SECONDS)
     check_number("hold", hold, 0)
-    # Gradients are put in below, as those of one drawing may be plain or shared where those of another are not.
+    # Gradients are added below, as those of one drawing may be plain or shared where those of another are not.
     names = drawings[0].labels if drawings[0].fills.any_gradients else drawings[0].names
     solid = Fills.solid(drawings[0].num_layers)
     plain = [drawing.replace(fills=solid, names=names) for drawing in drawings]
@@ -122,7 +122,7 @@ def format_animated_svg(
 def _animated_gradient(
     drawings: Sequence[Drawing], layer: int, path: ElementTree.Element, precision: int, timeline: _Timeline
 ) -> ElementTree.Element:
-    """Return the gradient of a layer with the animations of its points and stops, and paint the path with it."""
+    """Return the gradient of a layer, its points and stops animated, and make it the path's fill."""
     identifier, paint = f"{path.get('id')}-fill", "stroke" if drawings[0].strokes.widths[layer] else "fill"
     path.set(paint, f"url(#{identifier})")
     path.attrib.pop(f"{paint}-opacity", None)
@@ -149,7 +149,7 @@ def _animated_gradient(
 
 
 def _named(element: ElementTree.Element) -> ElementTree.Element:
-    """Return an element with those in it in SVG's namespace, in which it was written without saying so."""
+    """Return an element and its descendants with the namespace of SVG added to their tags."""
     for each in element.iter():
         each.tag = f"{{{SVG_NAMESPACE}}}{each.tag}"
     return element
@@ -158,12 +158,12 @@ def _named(element: ElementTree.Element) -> ElementTree.Element:
 def _animate_ellipse(element: ElementTree.Element, points: FloatArray, precision: int, timeline: _Timeline) -> None:
     """Animate the transform of a radial gradient's unit circle: `points` (F, 3, 2) are its centre and ends of axes.
 
-    SMIL has no animated matrices: E = R(angle) diag(scales), up to a turn of the circle, is shown by a translation, a
-    rotation and a scaling, which add up.
+    SMIL has no animated matrices: E = R(angle) diag(scales), up to a rotation of the circle, is composed of a
+    translation, a rotation and a scaling.
     """
     vectors, scales, _ = np.linalg.svd(np.swapaxes(points[:, 1:] - points[:, :1], 1, 2))
     angles = np.degrees(np.arctan2(vectors[:, 1, 0], vectors[:, 0, 0]))
-    for frame in range(1, len(points)):  # the angle nearest to that before, of four that show the same ellipse
+    for frame in range(1, len(points)):  # of four angles of the same ellipse, the nearest to the one before
         quarters = round((angles[frame - 1] - angles[frame]) / 90)
         if np.ptp(scales[frame]) <= 1e-6 * scales[frame].max():
             angles[frame] = angles[frame - 1]
@@ -188,7 +188,7 @@ def save_animated_svg(path: str | os.PathLike[str], drawings: Sequence[Drawing],
 
 
 def _timeline(count: int, seconds: float, hold: float, bounce: bool) -> _Timeline:
-    """Return a round; on the way back the stands at both ends are met from the other side, so each is two halves."""
+    """Return a cycle; if it bounces, the hold at either end is split into halves, before and after the turn."""
     stand = hold / 2 if bounce else hold
     order = [0, *range(count), count - 1]
     times = np.concatenate([[0.0], stand + seconds * np.linspace(0, 1, count), [seconds + 2 * stand]])
@@ -202,12 +202,14 @@ def _timeline(count: int, seconds: float, hold: float, bounce: bool) -> _Timelin
 def _animate(
     elements: Sequence[ElementTree.Element], name: str, numbers: FloatArray, tolerance: float, timeline: _Timeline
 ) -> None:
-    """Animate an attribute of the first of the elements, which show the drawings one after the other.
+    """Animate an attribute of the first element through its values in all elements, one for each drawing.
 
-    `numbers` (F, ...) are what the attribute says in each drawing; where they lie between those of neighbours to within
-    `tolerance`, nothing is written.
+    `numbers` (F, ...) are the attribute's numbers in each drawing; values that interpolation gives to within
+    `tolerance` are not written.
     """
-    texts = [element.get(name, "1") for element in elements]  # of those animated, only opacities are left out, where 1
+    texts = [
+        element.get(name, "1") for element in elements
+    ]  # the only attribute left out by default is an opacity of 1
     if len(set(texts)) == 1:
         return
     keys = _needed_keys(numbers[timeline.order].reshape(len(timeline.order), -1), timeline.times, tolerance)
@@ -215,7 +217,7 @@ def _animate(
 
 
 def _switch(elements: Sequence[ElementTree.Element], name: str, default: str, timeline: _Timeline) -> None:
-    """Animate an attribute that has no values in between: it changes in the middle between two drawings."""
+    """Animate an attribute that cannot be interpolated: it changes half-way between two drawings."""
     texts = [element.get(name, default) for element in elements]
     if len(set(texts)) == 1:
         return
@@ -241,7 +243,7 @@ def _add_animation(
     keys: Sequence[int],
     timeline: _Timeline,
 ) -> None:
-    """Add an animation to an element; `texts` are the values in each drawing, `keys` the places that are told."""
+    """Add an animation to an element; `texts` are the values in each drawing, `keys` the rows that are written."""
     ElementTree.SubElement(
         element,
         tag,
@@ -254,9 +256,10 @@ def _add_animation(
 
 
 def _needed_keys(values: FloatArray, times: FloatArray, tolerance: float) -> list[int]:
-    """Return the rows of `values` (K, n) that the others follow from by linear interpolation, to within `tolerance`.
+    """Return the rows of `values` (K, n) from which linear interpolation gives the others to within `tolerance`.
 
-    Ramer's and Douglas and Peucker's way: between two rows kept, the one farthest off is kept as well, and so on.
+    The algorithm of Ramer and of Douglas and Peucker: between two rows kept, the one farthest off is kept as well, and
+    so on.
     """
     kept = {0, len(values) - 1}
     open_ranges = [(0, len(values) - 1)]
@@ -287,7 +290,7 @@ def _check_structure(drawings: Sequence[Drawing]) -> None:
 
 
 def _structure(drawing: Drawing) -> dict[str, tuple[NDArray[Any], ...]]:
-    """Return what drawings must have in common, by the words for another one."""
+    """Return the arrays that must be equal in all drawings, by the words for a difference in messages."""
     fills, strokes = drawing.fills, drawing.strokes
     return {
         "other layers or segments": (drawing.subpath_offsets, drawing.layer_offsets),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conditional processing of SVG: which elements are shown to a reader of English without extensions."""
+"""Conditional processing of SVG: whether an element is shown, to a reader of English without extensions."""
 
 from __future__ import annotations
 

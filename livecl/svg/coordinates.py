@@ -45,7 +45,7 @@ class Units:
     guesses: collections.Counter[str] = dataclasses.field(default_factory=collections.Counter)
 
     def pixels(self, unit: str) -> float | None:
-        """Return px a unit; None for one that is not known."""
+        """Return the px of one unit; None if it is unknown."""
         unit = unit.lower()
         width, height = self.canvas
         of_canvas = {"vw": width, "vi": width, "vh": height, "vb": height, "vmin": min(width, height)}
@@ -62,7 +62,7 @@ class Units:
 
 
 def length_in_pixels(text: str | None, default: float, reference: float, units: Units | None = None) -> float:
-    """Return a length in px; a percentage is one of `reference`; `default` stands for a length not given."""
+    """Return a length in px, or `default` if it is None; percentages are of `reference`."""
     if text is None or text == "auto":
         return default
     match = _LENGTH.fullmatch(text.strip()) if len(text) <= MAX_LENGTH_TEXT else None
@@ -89,7 +89,7 @@ def is_length(text: str) -> bool:
 
 
 def font_size(own: Mapping[str, str], around: Units) -> float:
-    """Return the font size of an element, px; that around it where none is stated or it cannot be read."""
+    """Return the font size of an element, px; that of its parent if none is stated or it cannot be read."""
     text = own.get("font-size")
     if text is None and "font" in own:  # size[/line height] stands before the family
         text = next((word.partition("/")[0] for word in own["font"].split() if word[0] in "0123456789."), None)
@@ -125,7 +125,7 @@ def transform_matrix(
     matrix = np.eye(3)
     if not text or text == "none":
         return matrix
-    text = re.sub(r"([a-zA-Z])\s+\(", r"\1(", text)  # which the attribute allows, and CSS does not
+    text = re.sub(r"([a-zA-Z])\s+\(", r"\1(", text)  # a space that attributes allow, and CSS does not
     for token in tinycss2.parse_component_value_list(text, skip_comments=True):
         if token.type == "whitespace" or token == ",":
             continue
@@ -139,7 +139,7 @@ def transform_matrix(
 
 
 def _transform_step(function: Any, viewport: tuple[float, float], units: Units | None) -> FloatArray | None:
-    """Return the matrix of a function of tinycss2; None where it is not known or its arguments do not fit."""
+    """Return the matrix of a function of tinycss2; None if it is unknown or its arguments are wrong."""
     name = function.lower_name
     arguments = [token for token in function.arguments if token.type not in ("whitespace", "comment") and token != ","]
     numbers = []
@@ -180,7 +180,7 @@ def _transform_step(function: Any, viewport: tuple[float, float], units: Units |
 
 
 def transform_origin(text: str | None, viewport: tuple[float, float], units: Units) -> tuple[float, float]:
-    """Return the point that a transform leaves in place; words and percentages are of the viewport."""
+    """Return the origin of a transform; words and percentages refer to the viewport."""
     words = (text or "").lower().split()
     if (words and words[0] in ("top", "bottom")) or (len(words) > 1 and words[1] in ("left", "right")):
         words = [*words[1:2], words[0]] if len(words) > 1 else ["center", words[0]]
@@ -223,11 +223,9 @@ def view_matrix(element: Element, width: float, height: float) -> FloatArray:
 
 
 def canvas_size(root: Element, own: Mapping[str, str], units: Units) -> tuple[float, float]:
-    """Return width and height of the canvas, px.
+    """Return width and height of the canvas, px, from the ``<svg>`` element and its attributes and properties.
 
-    A side not stated follows from the ``viewBox``; without one, it is that of a picture of unknown size in CSS, which
-    `units` counts as a guess.
-    Of the ``<svg>`` element and its attributes and properties.
+    A side not stated follows from the ``viewBox``; without one, it is CSS's default, which `units` counts as a guess.
     """
     box = view_box(root)
     references = box[2:] if box else CANVAS

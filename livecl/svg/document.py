@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An SVG file's bytes to its element tree: refused before the tree is built where that could harm."""
+"""Parse an SVG file to its element tree; files that could do harm are refused before the tree is built."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MAX_DEFAULT = 200
 
 
 def read_document(source: str | os.PathLike[str] | bytes) -> tuple[str, bytes]:
-    """Return the name of an SVG in messages, and its content, at most a byte more than is read."""
+    """Return the name of an SVG in messages, and its content, cut one byte beyond the largest size."""
     if isinstance(source, bytes):
         return "SVG data", source
     name = os.fspath(source)
@@ -40,7 +40,7 @@ def read_document(source: str | os.PathLike[str] | bytes) -> tuple[str, bytes]:
 
 
 def decompressed(data: bytes) -> bytes:
-    """Return the content of compressed SVG (``.svgz``), at most a byte more than is read; other data as they are."""
+    """Decompress ``.svgz``, cut one byte beyond the largest size; return other data as they are."""
     if not data.startswith(b"\x1f\x8b"):
         return data
     try:
@@ -52,8 +52,8 @@ def decompressed(data: bytes) -> bytes:
 def parse_document(data: bytes) -> ElementTree.Element:
     """Return the root of an SVG document.
 
-    Raises ValueError if it is too large or nested too deep, not a whole XML document, no SVG, refers to other files, or
-    has entities that expand to much.
+    Raises ValueError if it is too large or nested too deep, is no complete XML document or no SVG, refers to other
+    files, or has entities that expand too far.
     """
     data = decompressed(data)
     if len(data) > MAX_BYTES:
@@ -134,7 +134,7 @@ def _guard(data: bytes) -> expat.XMLParserType:
 
 
 def _references(data: bytes) -> collections.Counter[str]:
-    """Return how often entities are referred to, by name, those in comments and CDATA left out."""
+    """Count the references to each entity, without those in comments and CDATA."""
     is_wide = b"\0" in data[:4] or data[:2] in (b"\xff\xfe", b"\xfe\xff")
     text = data.decode("utf-16" if is_wide else "utf-8", "replace")
     return collections.Counter(
@@ -143,7 +143,7 @@ def _references(data: bytes) -> collections.Counter[str]:
 
 
 def _undeclared(entities: dict[str, str], data: bytes) -> str | None:
-    """Return an entity that is referred to and not declared: the parser would skip it in silence."""
+    """Return an entity that is used but not declared, if any: the parser would skip it silently."""
     known = entities.keys() | {"amp", "lt", "gt", "quot", "apos"}
     return next((name for name in _references(data) if name not in known), None)
 
@@ -151,7 +151,7 @@ def _undeclared(entities: dict[str, str], data: bytes) -> str | None:
 def _expanded_length(entities: dict[str, str], data: bytes) -> int:
     """Return a bound on the characters that all references to entities in a document expand to.
 
-    Raises ValueError if an entity refers to itself, or they nest deeper than is followed.
+    Raises ValueError if an entity refers to itself, or they nest too deep.
     """
     lengths: dict[str, int] = {}
 

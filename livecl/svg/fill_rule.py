@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Convert the even-odd fill rule to nonzero: outlines that nonzero fills alike."""
+"""Convert outlines from the even-odd fill rule to nonzero."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ IntArray = NDArray[np.int64]
 
 #: Horizontal lines on which the fill rules are compared.
 _NUM_ROWS = 256
-#: Most crossings of lines and rows that are looked at at once.
+#: Most crossings of lines and rows in one block of work.
 _MAX_CROSSINGS = 2_000_000
-#: Most lines of a flattened outline, and most lines times subpaths, that are looked at: about a second each.
+#: Most lines of a flattened outline, and most lines times subpaths, that are examined: about a second each.
 _MAX_LINES, _MAX_PAIRS = 300_000, 100_000_000
 
 
 def nonzero_from_even_odd(outline: list[FloatArray]) -> tuple[list[FloatArray], bool]:
-    """Return an outline that the nonzero rule fills as the even-odd rule fills the one given, where there is one.
+    """Return an outline that the nonzero rule fills as the even-odd rule fills the given one, if one is found.
 
-    The two rules agree where no winding number is even but nonzero. Where they differ, subpaths that lie inside an
-    odd number of others are made to turn against the rest, which settles nested subpaths and few crossing ones. The
-    rules are compared along 256 rows, where stretches narrower than 1/1024 of the outline's size do not count.
+    The two rules agree if no winding number is even but nonzero. If they differ, subpaths inside an odd number of
+    others are reversed relative to the rest, which solves nested subpaths and few crossing ones. The rules are compared
+    along 256 rows; stretches narrower than 1/1024 of the outline's size do not count.
 
     Returns
     -------
     (list of (n, 4, 2), bool)
-        The outline, and whether the rules agree on it; where they do not, or the outline is too long to tell in a
-        second, it is the one given.
+        The outline, and whether the rules agree on it; if they do not, or the outline is too long to be examined, it is
+        the given one.
     """
     if not outline:
         return outline, True
@@ -40,7 +40,7 @@ def nonzero_from_even_odd(outline: list[FloatArray]) -> tuple[list[FloatArray], 
     if len(lines) > _MAX_LINES or len(lines) * len(outline) > _MAX_PAIRS:
         return outline, False
     agree = _rules_agree(lines, extent / 1024)
-    if agree or len(outline) == 1:  # turned around, a lone subpath is what it was
+    if agree or len(outline) == 1:  # reversing a single subpath changes nothing
         return outline, agree
     against = np.zeros(len(outline), dtype=bool)
     for i, subpath in enumerate(outline):
@@ -54,17 +54,17 @@ def nonzero_from_even_odd(outline: list[FloatArray]) -> tuple[list[FloatArray], 
 
 
 def _flattened(outline: list[FloatArray], tolerance: float) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return the lines (L, 2, 2) that an outline is flattened into, in no order, and the subpath of each: (L,)."""
+    """Flatten an outline into lines (L, 2, 2), unordered; return them and the subpath of each, (L,)."""
     cubics = np.concatenate(outline)
     subpaths = np.repeat(np.arange(len(outline)), [len(subpath) for subpath in outline])
     lines = bezier.flatten(cubics, tolerance, _MAX_LINES)
-    last = np.diff(lines.segments, append=len(cubics)) > 0  # ends where its cubic does
+    last = np.diff(lines.segments, append=len(cubics)) > 0  # the last line of a cubic
     ends = np.where(last[:, None], cubics[lines.segments, 3], np.roll(lines.corners, -1, axis=0))
     return np.stack([lines.corners, ends], axis=1), subpaths[lines.segments]
 
 
 def _abscissae(lines: FloatArray, y: float) -> FloatArray:
-    """Return where lines (L, 2, 2) that cross a row cross it: (L,)."""
+    """Return x of the crossings of lines (L, 2, 2) with a row that all of them cross: (L,)."""
     (x0, y0), (x1, y1) = lines[:, 0].T, lines[:, 1].T
     return x0 + (y - y0) / (y1 - y0) * (x1 - x0)
 
@@ -75,7 +75,7 @@ def _rules_agree(lines: FloatArray, narrow: float) -> bool:
 
 
 def _agree_along(lines: FloatArray, narrow: float, num_rows: int) -> bool:
-    """Return whether the rules agree along a number of rows."""
+    """Return whether the rules agree along `num_rows` rows."""
     low, high = float(lines[..., 1].min()), float(lines[..., 1].max())
     if not high > low:
         return True

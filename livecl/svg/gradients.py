@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gradients of SVG as the fills of a drawing have them: points in px and stops, padded.
+"""Gradients of SVG, converted to the form of a drawing's fills: points in px and stops, padded.
 
 A linear gradient is p0, p1: t = (p - p0) . (p1 - p0) / |p1 - p0|^2. A radial one is a centre and the ends of two axes:
 t is the distance from the centre in the frame where the axes are of length 1 at right angles. Colours between stops are
 linear in straight sRGB. Other forms of SVG are converted: exactly for units, transforms, repeats and an inner
-radius; approximately for a focal point beside the centre.
+radius; approximately for a focal point away from the centre.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from livecl.drawing.colors import premultiplied_colors
 
 FloatArray = NDArray[np.float64]
 
-#: Most repeats of a gradient that are written out as stops.
+#: Most repeats of a gradient that are expanded into stops.
 MAX_REPEATS = 64
-#: Shortest linear gradient that is not taken for an edge, px.
+#: Shortest linear gradient, px; shorter ones are edges.
 MIN_LENGTH = 1e-6
-#: Points a side of the grid on which gradients are compared.
+#: Points on each side of the grid on which gradients are compared.
 _GRID = 32
-#: Shares of the way from the focal point to the centre where a concentric gradient may have its centre.
+#: Candidate centres of a concentric gradient, as shares of the way from the focal point to the centre.
 _CENTERS = np.linspace(0, 1, 9)
 
 
@@ -62,10 +62,10 @@ def stop_colors(stops: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def linear(ends: FloatArray, matrix: FloatArray, stops: FloatArray) -> Gradient | None:
-    """Return the linear gradient from `ends` (2, 2) under an affine matrix; None where it is degenerate.
+    """Return the linear gradient between `ends` (2, 2) under an affine matrix; None if it is degenerate.
 
-    The lines of equal colour stay lines, but are no longer at right angles to the gradient's: with the row g for which
-    t = g . p + const, it goes from the image of its start along g / |g|^2.
+    The lines of equal colour stay lines, but are no longer perpendicular to the image of the gradient vector: with the
+    row g for which t = g . p + const, the new vector goes from the image of its start along g / |g|^2.
     """
     inverse = _inverse(matrix)
     along = ends[1] - ends[0]
@@ -76,7 +76,7 @@ def linear(ends: FloatArray, matrix: FloatArray, stops: FloatArray) -> Gradient 
     size = float(np.sqrt(g @ g))
     if not (np.isfinite(start).all() and 0 < size < math.inf):
         return None
-    if size * MIN_LENGTH > 1:  # so short that it is an edge, from the first colour to the last
+    if size * MIN_LENGTH > 1:  # an edge between the first colour and the last
         stops = stops.copy()
         stops[:, 0] = 0
         return Gradient(kind="linear", points=np.stack([start, start + g / size]), stops=stops)
@@ -84,7 +84,7 @@ def linear(ends: FloatArray, matrix: FloatArray, stops: FloatArray) -> Gradient 
 
 
 def radial(circle: FloatArray, matrix: FloatArray, stops: FloatArray) -> Gradient | None:
-    """Return the radial gradient of a circle (x, y, radius) under an affine matrix; None where it is degenerate."""
+    """Return the radial gradient of a circle (x, y, radius) under an affine matrix; None if it is degenerate."""
     x, y, radius = circle
     if _inverse(matrix) is None or radius <= 0:
         return None
@@ -102,7 +102,7 @@ def with_inner_radius(stops: FloatArray, share: float) -> FloatArray:
 def padded(gradient: Gradient, spread: str, bounds: FloatArray) -> tuple[Gradient, bool]:
     """Return a gradient without repeats that looks the same within bounds (x0, y0, x1, y1) px, and whether it does.
 
-    From one period; `spread` is ``pad``, ``reflect`` or ``repeat``.
+    `gradient` is one period; `spread` is ``pad``, ``reflect`` or ``repeat``.
     """
     if spread not in ("reflect", "repeat"):
         return gradient, True
@@ -133,7 +133,7 @@ def padded(gradient: Gradient, spread: str, bounds: FloatArray) -> tuple[Gradien
 
 
 def narrowed(gradient: Gradient, bounds: FloatArray) -> Gradient:
-    """Return a linear gradient that starts and ends where the bounds (4,) do, and looks the same within them."""
+    """Return a linear gradient clipped to bounds (4,), within which it looks the same."""
     x0, y0, x1, y1 = bounds
     t = gradient.places(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
     low, high = float(t.min()), float(t.max())
@@ -150,7 +150,7 @@ def narrowed(gradient: Gradient, bounds: FloatArray) -> Gradient:
 
 
 def without_needless(stops: FloatArray) -> FloatArray:
-    """Return stops without those that change nothing: said twice, or between two others of their own colour."""
+    """Remove redundant stops: repeated ones, and those between two others of their own colour."""
     kept = [stops[0]]
     for i in range(1, len(stops)):
         same_before = np.array_equal(stops[i, 1:], kept[-1][1:])
@@ -163,10 +163,10 @@ def without_needless(stops: FloatArray) -> FloatArray:
 def concentric(
     circle: FloatArray, focus: FloatArray, inner: float, spread: str, stops: FloatArray, bounds: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Return the circle of the concentric gradient nearest to one with a focal point, and how far off it is.
+    """Approximate a gradient with a focal point by a concentric one; return its circle and the error.
 
     A point p has the largest t for which it lies on the circle about f + t (c - f) of radius r0 + t (r - r0) (SVG 2,
-    13.4.3). Tried are circles about points between f and c that the outer circle goes through on the far side.
+    13.4.3). The candidates are circles about points between f and c that touch the outer circle on the far side.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def concentric(
 
 
 def mean_color(gradient: Gradient, bounds: FloatArray) -> tuple[FloatArray, float]:
-    """Return the one straight RGBA nearest to a gradient within bounds, and the root of the mean square difference."""
+    """Return the mean colour, straight RGBA, of a gradient within bounds, and the root mean square difference."""
     axes = [np.linspace(bounds[i], bounds[i + 2], _GRID) for i in (0, 1)]
     points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
     shown = premultiplied_colors(gradient.colors(gradient.places(points)))
@@ -232,11 +232,11 @@ def _spread(t: FloatArray, spread: str) -> FloatArray:
 
 
 def is_flat(axes: ArrayLike) -> bool:
-    """Return whether a (2, 2) matrix maps the plane to a line, or nearly, or to nowhere."""
+    """Return whether a (2, 2) matrix is singular, nearly singular or not finite."""
     axes = np.asarray(axes, dtype=np.float64)
     return not (np.isfinite(axes).all() and abs(np.linalg.det(axes)) > 1e-12 * np.abs(axes).max() ** 2)
 
 
 def _inverse(matrix: FloatArray) -> NDArray[Any] | None:
-    """Return the inverse of an affine matrix (3, 3); None where there is none, or nearly."""
+    """Return the inverse of an affine matrix (3, 3); None if it is singular or nearly so."""
     return None if is_flat(matrix[:2, :2]) or not np.isfinite(matrix).all() else np.linalg.inv(matrix)

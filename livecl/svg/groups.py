@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Groups of an SVG: those of a drawing, or one a stage, written around its layers; and read back."""
+"""Groups of an SVG: written around a drawing's layers, its own or one for each stage, and read back."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from livecl.svg.markup import quoteattr
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
 
-#: What makes a group.
+#: Ways of grouping layers.
 GroupKind = Literal["thing", "stage", "none"]
-#: Deepest nesting written: files nested deeper than a hundred elements are refused.
+#: Deepest nesting written; the reader refuses files nested deeper than a hundred elements.
 MAX_DEPTH = 60
 
 Key = TypeVar("Key")
@@ -24,7 +24,7 @@ Key = TypeVar("Key")
 
 @dataclasses.dataclass(frozen=True)
 class Group:
-    """A group: id, label, whether Inkscape lists it as a layer, and what it holds: layers by index, and groups."""
+    """A group: id, label, whether Inkscape lists it as a layer, and its members: layers, by index, and groups."""
 
     identifier: str
     label: str
@@ -33,7 +33,7 @@ class Group:
 
 
 def groups_of(drawing: Drawing, kind: GroupKind | None) -> list[Group | int]:
-    """Return the groups of a drawing's layers, and the layers outside of any, in paint order.
+    """Return the groups of a drawing's layers, and the layers outside of groups, in paint order.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def groups_of(drawing: Drawing, kind: GroupKind | None) -> list[Group | int]:
         Any drawing.
     kind : {"thing", "stage", "none"} or None
         ``thing``: those of the drawing; ``stage``: one for each run of layers that one stage added; ``none``: none.
-        None: those of the drawing, or where it has none, its stages.
+        None: those of the drawing, or if it has none, its stages.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def group_ids(members: Sequence[Group | int]) -> Iterator[str]:
 
 
 def format_members(members: Sequence[Group | int], elements: Sequence[str | None], indent: str = "  ") -> Iterator[str]:
-    """Yield the lines of groups and layers, from each layer's element; None where another one's shows it."""
+    """Yield the lines of groups and layers; `elements` has each layer's, or None if another's element shows it."""
     for member in members:
         if isinstance(member, int):
             element = elements[member]
@@ -96,7 +96,7 @@ def format_members(members: Sequence[Group | int], elements: Sequence[str | None
 
 
 def unique_ids(reserved: Sequence[str] = ()) -> Callable[[str], str]:
-    """Return a maker of ids of names: without spaces and signs, numbered from 2 on where an id is taken."""
+    """Return a function that makes unique ids from names: without spaces and signs, numbered from 2 if taken."""
     taken, counts = set(reserved), dict.fromkeys(reserved, 1)
 
     def make(name: str) -> str:
@@ -111,9 +111,9 @@ def unique_ids(reserved: Sequence[str] = ()) -> Callable[[str], str]:
 
 
 def told_apart(paths: Sequence[Sequence[tuple[Key, str]]]) -> list[tuple[str, ...]]:
-    """Return the names of the groups around each layer, of groups as (key, name), the outermost first.
+    """Return the names of the groups around each layer, given as (key, name), the outermost first.
 
-    A group that follows another one of the same name is numbered: they would become one.
+    A group that follows another one of the same name gets a number; otherwise they would become one group.
     """
     result: list[tuple[str, ...]] = []
     keys: list[Key] = []
@@ -129,7 +129,7 @@ def told_apart(paths: Sequence[Sequence[tuple[Key, str]]]) -> list[tuple[str, ..
 
 
 def _next_name(name: str, before: str) -> str:
-    """Return a name, numbered where the one before is the same, numbered or not."""
+    """Return a name, with the next number if the name before is the same, numbered or not."""
     if before == name:
         return f"{name} 2"
     number = before.removeprefix(f"{name} ")
@@ -137,7 +137,7 @@ def _next_name(name: str, before: str) -> str:
 
 
 def _common(first: Sequence[object], second: Sequence[object]) -> int:
-    """Return how many items two sequences begin with alike."""
+    """Return the length of the common beginning of two sequences."""
     return next(
         (n for n, (a, b) in enumerate(zip(first, second, strict=False)) if a != b), min(len(first), len(second))
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layer as read from an SVG: its name, stage and position."""
+"""Layers as read from an SVG: outline, paint, pen, name, stage, groups."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from livecl.svg.writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE
 
 FloatArray = NDArray[np.float64]
 
-#: Most layers of a translucent group that are compared with each other; more count as overlapping.
+#: Largest number of layers of a translucent group that are tested for overlaps; more count as overlapping.
 MAX_COMPARED = 1000
 
 _STAGE_LABEL, _STAGE_ID = re.compile(r"stage (-?\d{1,9})"), re.compile(r"stage-(-?\d{1,9})(-\d+)?")
@@ -35,7 +35,7 @@ class LeftOut(collections.Counter[str]):
         self._errors: dict[str, float] = {}
 
     def approximate(self, kind: str, error: float) -> None:
-        """Count something that is approximated, off by `error` in RGBA (root of the mean square)."""
+        """Count an approximation with the root mean square error `error` in RGBA."""
         self[kind] += 1
         self._errors[kind] = max(error, self._errors.get(kind, 0.0))
 
@@ -83,7 +83,7 @@ def layer_name(element: Element, identifier: str) -> str:
 
 
 def stage_match(element: Element) -> re.Match[str] | None:
-    """Match the stage that a group holds: in Inkscape's label, or, saved without Inkscape's attributes, in its id."""
+    """Match a group's stage in Inkscape's label, or, without Inkscape's attributes, in its id."""
     label = element.get(f"{{{INKSCAPE_NAMESPACE}}}label")
     if label is None:
         return _STAGE_ID.fullmatch(element.get("id", ""))
@@ -92,7 +92,7 @@ def stage_match(element: Element) -> re.Match[str] | None:
 
 
 def is_upright(outline: list[FloatArray]) -> bool:
-    """Whether an outline has no other edges than horizontal and vertical lines."""
+    """Whether all edges of an outline are horizontal or vertical lines."""
     edges = np.concatenate(outline)
     along = np.abs(edges - edges[:, :1]).max(axis=1)
     return bool((along.min(axis=1) <= 1e-6).all())
@@ -111,7 +111,7 @@ def overlap(layers: list[ReadLayer]) -> bool:
 
 
 def reach_over(layers: list[ReadLayer], matrix: FloatArray, width: float, height: float) -> bool:
-    """Whether a layer leaves the rectangle of `width` by `height` px that `matrix` puts on the canvas."""
+    """Whether a layer extends beyond the rectangle of `width` by `height` px that `matrix` maps to the canvas."""
     if not layers or not np.linalg.det(matrix):
         return False
     cubics = np.concatenate([subpath for layer in layers for subpath in layer.outline])

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Text and attributes of XML, escaped as by `xml.sax.saxutils`, which would load the modules of HTTP and mail."""
+"""Escape text and attributes of XML, as `xml.sax.saxutils` does, which would import the modules of HTTP and mail."""
 
 from __future__ import annotations
 
-#: Characters that an attribute cannot hold as they are, beside those of text and quotes.
+#: Characters that are escaped in attributes only, beside quotes.
 _BLANKS = {"\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
 
 
@@ -13,7 +13,7 @@ def escape(text: str) -> str:
 
 
 def quoteattr(text: str) -> str:
-    """Return text as the value of an attribute, in quotes: single ones where it holds double ones alone."""
+    """Return text as a quoted value of an attribute: in single quotes if it contains double quotes only."""
     text = escape(text)
     for blank, entity in _BLANKS.items():
         text = text.replace(blank, entity)

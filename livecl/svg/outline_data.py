@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write outlines as path data: lines, horizontal and vertical segments, and smooth cubics in short form."""
+"""Write outlines as path data, with the short forms of horizontal, vertical and smooth segments."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from livecl.svg.servers import format_decimal
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer]
 
-#: Most decimals of a coordinate, and what the reader rounds to: beyond it float64 does not hold the largest ones.
+#: Most decimals of a coordinate, to which the reader rounds: float64 does not hold more for the largest coordinates.
 MAX_PRECISION = 9
-#: Shortest line, as a share of the largest coordinate: a shorter one could close a subpath in a reader's eyes.
+#: Shortest line, as a share of the largest coordinate: a reader could take a shorter one for the end of a subpath.
 SHORTEST = 4e-6
 
 
 def rounded_points(points: FloatArray, following: IntArray, drawn: NDArray[np.bool_], precision: int) -> FloatArray:
-    """Return the control points that a reader of the written data has.
+    """Return the control points as read back from the written data.
 
-    Coordinates have `precision` decimals; handles of straight segments stand at thirds of them, which only the reader
-    works out; handles that differ from their neighbour's reflection by the rounding are its reflection.
+    Coordinates have `precision` decimals; the handles of straight segments, which are not written, are at their thirds;
+    handles that differ from their neighbour's reflection by rounding only are that reflection.
 
     Parameters
     ----------
     points : (M, 3, 2) float64
         Segments (anchor, handle, handle), px.
     following : (M,) int
-        Segment whose anchor ends each segment.
+        Index of the segment after each.
     drawn : (M,) bool
         Segments that are drawn: all but the last rows of open subpaths.
     precision : int
@@ -47,7 +47,7 @@ def rounded_points(points: FloatArray, following: IntArray, drawn: NDArray[np.bo
     near &= (points[:, 2] != points[following, 0]).any(axis=1) & drawn & drawn[following]
     handles = points[:, 1].copy()
     points[following[near], 1] = reflected[near]
-    turned = straight_segments(points, points[following, 0], precision) & ~straight  # lines by the reflection only
+    turned = straight_segments(points, points[following, 0], precision) & ~straight  # made lines by the reflection
     points[turned, 1] = handles[turned]
     two_lines = straight[following] & (following[following] == np.arange(len(points)))  # readers drop them
     straight &= ~two_lines
@@ -58,7 +58,7 @@ def rounded_points(points: FloatArray, following: IntArray, drawn: NDArray[np.bo
 
 
 def straight_segments(points: FloatArray, ends: FloatArray, precision: int) -> NDArray[np.bool_]:
-    """Return which segments (m, 3, 2), that end at (m, 2), are lines run through evenly, to the rounding: (m,) bool."""
+    """Return which segments (m, 3, 2), ending at (m, 2), are lines with handles at thirds, up to rounding: (m,)."""
     unit, chord = 10.0**-precision, ends - points[:, 0]
     off = np.abs(points[:, 1:] - points[:, :1] - chord[:, None] * (np.array([[1.0], [2.0]]) / 3)).max(axis=(1, 2))
     scale = np.maximum(np.abs(points[:, 0]).max(axis=1), 1.0)
@@ -66,18 +66,20 @@ def straight_segments(points: FloatArray, ends: FloatArray, precision: int) -> N
 
 
 def format_outline(points: FloatArray, precision: int, is_open: bool = False, cubics: bool = False) -> str:
-    """Return path data of one subpath (m, 3, 2), as :func:`rounded_points` has it.
+    """Return path data of one subpath (m, 3, 2) from :func:`rounded_points`.
 
-    Coordinates are relative, which is a fifth shorter, unless the subpath is so long or so far away that a reader in
-    float64, which adds them up, could miss a rounded coordinate by half of the last decimal that it rounds to. The
-    closing line is not written. With `cubics` all segments are cubics.
+    Coordinates are relative, which is a fifth shorter, unless the subpath is so long or so far away that a reader that
+    adds them up in float64 could be off by half of the last decimal to which it rounds. The closing line is not
+    written. With `cubics` all segments are cubics.
     """
     drift = 2 * (len(points) + 1) * np.spacing(np.abs(points).max())
     relative = bool(drift < 0.5 * 10**-MAX_PRECISION)
     ends = np.roll(points[:, 0], -1, axis=0)
     rows = np.concatenate([points, ends[:, None]], axis=1)[: -1 if is_open else None]
     straight = straight_segments(rows[:, :3], rows[:, 3], precision) & (not cubics)
-    if not is_open and straight.all() and len(points) < 3:  # encloses nothing: as lines a reader would drop it
+    if (
+        not is_open and straight.all() and len(points) < 3
+    ):  # encloses nothing: a reader would drop it if written as lines
         straight[:] = False
     units = np.rint(rows * 10**precision).astype(np.int64)
     written = [_Command("M", units[0, 0].tolist())]
@@ -109,7 +111,7 @@ def _line(segment: IntArray, base: IntArray) -> tuple[str, list[int]]:
 
 
 def _command_text(commands: list[_Command], precision: int) -> str:
-    """Return commands as text; a letter like the one before it is left out."""
+    """Return commands as text; repeated letters are left out."""
     parts: list[str] = []
     last = ""
     for letter, numbers in commands:

@@ -44,7 +44,7 @@ _WORDS = {
 
 
 class WrittenPaint(NamedTuple):
-    """A paint as written: the id of a paint server, or None; the colour, "none", or None where only a server stands."""
+    """A paint as written: the id of a paint server, or None; the colour, "none", or None if there is only a server."""
 
     server: str | None
     color: str | None
@@ -52,7 +52,7 @@ class WrittenPaint(NamedTuple):
 
 @functools.lru_cache(maxsize=4096)
 def parse_paint(text: str) -> WrittenPaint:
-    """Return a ``fill`` or ``stroke``; ValueError where it is none."""
+    """Parse a ``fill`` or ``stroke``; ValueError if it is invalid."""
     tokens = [
         token for token in tinycss2.parse_component_value_list(text) if token.type not in ("whitespace", "comment")
     ]
@@ -70,7 +70,7 @@ def parse_paint(text: str) -> WrittenPaint:
 
 
 def is_valid(name: str, value: str) -> bool:
-    """Return whether CSS knows a value of a property; True for properties that are not looked at here."""
+    """Return whether a property's value is valid; True for properties that are not checked."""
     try:
         if name in ("fill", "stroke"):
             parse_paint(value)
@@ -91,7 +91,7 @@ def is_valid(name: str, value: str) -> bool:
 def solid_color(
     color: str, style: Mapping[str, str], opacity: float, name: Literal["fill", "stroke"] = "fill"
 ) -> Rgba | None:
-    """Return straight RGBA of a fill or stroke of one colour; None for ``none``."""
+    """Return the straight RGBA of a fill or stroke of one colour; None for ``none``."""
     if color.lower() == "currentcolor":
         color = style.get("color", "black")
     if color.lower() == "none":
@@ -102,13 +102,13 @@ def solid_color(
 
 
 def as_saved(opacity: float) -> float:
-    """Return an opacity, made equal to the multiple of 1/255 that five decimals of it stand for, where one does."""
+    """Return an opacity, made the multiple of 1/255 that agrees with it to five decimals, if there is one."""
     level = round(opacity * 255) / 255
     return level if abs(opacity - level) < 6e-6 else opacity
 
 
 def opacity_of(text: str | None) -> float:
-    """Return an opacity; one that is not given or cannot be read is 1, as CSS ignores it."""
+    """Parse an opacity; 1 if it is not given or invalid, as CSS ignores it."""
     try:
         return 1.0 if text is None else share(text)
     except ValueError:
@@ -116,7 +116,7 @@ def opacity_of(text: str | None) -> float:
 
 
 def is_stroked(style: Mapping[str, str]) -> bool:
-    """Return whether an outline would be drawn, or is all that there is of a shape: an invisible layer is one."""
+    """Return whether a shape has a stroke that is read: a visible one, or an invisible one if it has no fill either."""
     return (
         style.get("stroke", "none").lower() not in ("none", "transparent")
         and (opacity_of(style.get("stroke-opacity")) > 0 or style.get("fill", "").lower() == "none")
@@ -125,7 +125,7 @@ def is_stroked(style: Mapping[str, str]) -> bool:
 
 
 def background_color(own: Mapping[str, str], left_out: collections.Counter[str]) -> Rgba | None:
-    """Return straight RGBA of the canvas that a root element's style paints; None for a transparent one."""
+    """Return the canvas colour, straight RGBA, from the root element's style; None if it is transparent."""
     color = own.get("background-color", own.get("background", "transparent")).lower()
     if color in ("none", "initial"):
         return None

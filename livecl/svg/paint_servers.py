@@ -33,7 +33,7 @@ _COMMON = ("gradientUnits", "gradientTransform", "spreadMethod", "transform-orig
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
 class FilledShape:
-    """A shape filled by a gradient: its outline, the frame of the outline on the canvas, and its units."""
+    """A shape filled by a gradient: outline, matrix to the canvas, and units."""
 
     outline: list[FloatArray]  # closed subpaths, user units
     matrix: FloatArray  # (3, 3), from user units to px
@@ -71,7 +71,7 @@ class PaintServers:
         return element is not None and tag_of(element) in _GEOMETRY
 
     def fill(self, identifier: str, shape: FilledShape) -> Gradient | Rgba | None:
-        """Return a shape's fill by the gradient of an id; None for nothing, as without stops."""
+        """Return a shape's fill by the gradient of an id; None if it paints nothing, as without stops."""
         chain = self._chain(self._ids[identifier])
         stops = self._stops_of(chain)
         if not len(stops):
@@ -105,7 +105,7 @@ class PaintServers:
         raise ValueError(f"gradients refer to each other in a chain of more than {MAX_CHAIN}")
 
     def _stops_of(self, chain: list[Element]) -> FloatArray:
-        """Return the stops of the first of a chain that has some: (K, 5)."""
+        """Return the stops of the first gradient of a chain that has any: (K, 5)."""
         owner = next((element for element in chain if any(tag_of(child) == "stop" for child in element)), None)
         if owner is None:
             return np.zeros((0, 5))
@@ -122,7 +122,7 @@ class PaintServers:
         return self._stops[owner]
 
     def _around(self, element: Element) -> dict[str, str]:
-        """Return the properties of a gradient, with the colour that it inherits from where it stands."""
+        """Return the properties of a gradient, with the colour that it inherits in the document's tree."""
         if not self._parents:
             self._parents = {child: parent for parent in self._root.iter() for child in parent}
         path = [element]
@@ -153,7 +153,7 @@ class PaintServers:
         return min(max(value, 0.0), 1.0)
 
     def _placed(self, chain: list[Element], stops: FloatArray, shape: FilledShape) -> Gradient | str | None:
-        """Return a gradient in px; "degenerate" where its last colour fills the shape; None where nothing does."""
+        """Return a gradient in px; "degenerate" if its last colour fills the shape; None if nothing does."""
         common = {name: element.get(name) for element in reversed(chain) for name in _COMMON if name in element.attrib}
         kind = tag_of(chain[0]) or ""
         own = {
@@ -226,7 +226,7 @@ class PaintServers:
             corners = np.array([[x0, y0, 1], [x1, y0, 1], [x1, y1, 1], [x0, y1, 1]]) @ np.linalg.inv(matrix).T
             frame = np.concatenate([corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)])
             circle, error = gradients.concentric(circle, focus, inner, spread, stops, frame)
-            self._left_out.approximate("radial gradients with a focal point beside the centre", error)
+            self._left_out.approximate("radial gradients with a focal point off the centre", error)
         if inner:
             if spread != "pad":
                 self._left_out.approximate("repeated radial gradients with an inner circle", 1.0)
@@ -234,7 +234,7 @@ class PaintServers:
         return gradients.radial(circle, matrix, stops)
 
     def _length(self, own: Mapping[str, str], name: str, viewport: tuple[float, float], units: Units) -> float:
-        """Return a length of a gradient, user units or shares of the box; a percentage is one of the viewport."""
+        """Return a length of a gradient, user units or shares of the box; percentages refer to the viewport."""
         width, height = viewport
         diagonal = float(np.hypot(width, height) / np.sqrt(2))
         reference = {"x": width, "y": height}.get(name.strip("12cf"), diagonal)

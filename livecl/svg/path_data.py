@@ -2,9 +2,9 @@
 """SVG path data to closed cubic subpaths.
 
 A subpath is (n, 4, 2): its cubics' control points, each starting where the one before it ends, the last ending at the
-start of the first. Lines and quadratics are raised to cubics, which is exact. A turn of at most 90 degrees of an arc
-becomes one cubic, which leaves the arc by at most 2.8e-4 of its radius. Points are complex numbers x + iy on the way:
-a path may have some hundred thousand segments.
+start of the first. Lines and quadratics are raised to cubics, which is exact. Arcs are cut into pieces of at most 90
+degrees, each a cubic at most 2.8e-4 of the radius away. Points are complex numbers x + iy for speed: a path may have
+some hundred thousand segments.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 #: Control points as complex numbers x + iy.
 Cubic = tuple[complex, complex, complex, complex]
 
-#: A number of SVG, and how it and an arc's flag follow a number before them.
+#: Patterns of a number of SVG, and of a number or an arc's flag after another one.
 NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _NUMBER = re.compile(NUMBER)
 _NEXT = re.compile(rf"[ \t\r\n\f]*,?[ \t\r\n\f]*({NUMBER})")
@@ -34,16 +34,16 @@ _CSS_PATH = re.compile(r"""path\(\s*(["'])(.*)\1\s*\)""", re.DOTALL)
 
 
 def plain_data(text: str) -> str:
-    """Return path data without the CSS function around it: ``path("...")``."""
+    """Return path data, unwrapped from CSS's ``path("...")``."""
     match = _CSS_PATH.fullmatch(text.strip()) if text.lstrip().startswith("path") else None
     return match[2] if match else text
 
 
 def path_outline(data: str) -> tuple[list[FloatArray], bool]:
-    """Return the closed subpaths of path data, up to where it breaks the grammar, and whether that was its end.
+    """Return the closed subpaths of path data, up to the first error (SVG 1.1, F.2), and whether there was none.
 
-    Subpaths of a single point or line, which enclose nothing, are dropped (SVG 1.1, F.2: errors). Raises ValueError if
-    `data` holds numbers that are not finite.
+    Subpaths of a single point or line, which enclose nothing, are dropped. Raises ValueError if `data` holds numbers
+    that are not finite.
     """
     pen = _Pen()
     whole = _draw(pen, data)
@@ -51,12 +51,12 @@ def path_outline(data: str) -> tuple[list[FloatArray], bool]:
 
 
 def path_lines(data: str) -> tuple[list[FloatArray], list[bool], bool]:
-    """Return the subpaths of path data as a pen would draw them.
+    """Return the subpaths of path data for stroking: open unless closed by the data.
 
     Returns
     -------
     lines : list of (n, 4, 2)
-        Cubics of each subpath; a closed one ends at its start. One of no length has one cubic.
+        Cubics of each subpath; a closed one ends at its start. A subpath of no length has one cubic.
     is_open : list of bool
         Whether each is open.
     whole : bool
@@ -68,7 +68,7 @@ def path_lines(data: str) -> tuple[list[FloatArray], list[bool], bool]:
 
 
 def _draw(pen: _Pen, data: str) -> bool:
-    """Draw path data up to where it breaks the grammar, and return whether that was its end."""
+    """Draw path data up to the first error, and return whether there was none."""
     data = data.strip(_SPACE)
     if data in ("", "none"):
         return True
@@ -77,7 +77,7 @@ def _draw(pen: _Pen, data: str) -> bool:
     end = 0
     for match in _COMMANDS.finditer(data):
         if match.start() != end:
-            break  # not where the last command ended: something that no command begins
+            break  # text between two commands
         end = match.end()
         numbers, whole = number_list(match[2]) if match[1] not in "Aa" else _arc_numbers(match[2])
         arity = _ARITY[match[1].upper()]
@@ -98,7 +98,7 @@ def _draw(pen: _Pen, data: str) -> bool:
 
 
 def number_list(text: str) -> tuple[list[float], bool]:
-    """Return the numbers of a list parted by spaces and single commas, up to an error, and whether there was none."""
+    """Return the numbers of a list, separated by spaces or single commas, up to an error, and whether none occurred."""
     text = text.strip(_SPACE)
     rest = _NUMBER.sub("", text)
     if not rest.strip(_SPACE + ",") and text[:1] != "," and text[-1:] != "," and not _TWO_COMMAS.search(text):
@@ -112,7 +112,7 @@ def number_list(text: str) -> tuple[list[float], bool]:
 
 
 def _arc_numbers(text: str) -> tuple[list[float], bool]:
-    """Return the numbers of arcs, whose flags need nothing behind them, as in `number_list`."""
+    """Return the numbers of arcs, whose flags need no separator, as `number_list` does."""
     text = text.strip(_SPACE)
     if text[:1] == ",":
         return [], False
@@ -182,12 +182,12 @@ class _Pen:
             self._cubics.append((point, point + 2 / 3 * (control - point), end + 2 / 3 * (control - end), end))
 
     def close(self) -> None:
-        """End the subpath; the next one starts where it did, unless a move says otherwise."""
+        """Close the subpath; the next one begins at its start unless a move follows."""
         self.finish(closed=True)
         self._point, self._before = self._start, "Z"
 
     def finish(self, closed: bool = False) -> None:
-        """Close the subpath since the last move, whether data does or not; keep it, unless it encloses nothing."""
+        """Close the subpath since the last move, even if the data does not, and keep it unless it encloses nothing."""
         cubics, start, point = self._cubics, self._start, self._point
         if cubics:
             if _meet(start, point):
@@ -200,7 +200,7 @@ class _Pen:
         self._begin()
 
     def _begin(self) -> None:
-        """Begin the next subpath where this one did."""
+        """Begin the next subpath at the start of this one."""
         self._cubics = []
         self._num_lines = self._num_drawn = 0
         self._point = self._start
@@ -233,7 +233,7 @@ class _StrokingPen(_Pen):
 
 
 def _meet(start: complex, point: complex) -> bool:
-    """Whether a point is the start of its subpath but for what adding up relative coordinates loses."""
+    """Whether a point is the start of its subpath, up to rounding in sums of relative coordinates."""
     scale = max(1.0, abs(start.real), abs(start.imag))
     return max(abs((point - start).real), abs((point - start).imag)) <= 1e-6 * scale
 
@@ -252,8 +252,8 @@ def control_points(cubics: list[Cubic]) -> FloatArray:
 def _arc(start: complex, numbers: list[float], end: complex) -> list[Cubic]:
     """Return the cubics of an elliptical arc, from its end points to its centre (SVG 1.1, F.6.5 and F.6.6).
 
-    In the frame where the ellipse is the unit circle, the chord from p to q has the centre beside its middle, at
-    sqrt(1 / |h|^2 - 1) of its half h, turned by a right angle; radii too small for the chord grow until it fits.
+    In the frame where the ellipse is the unit circle, with h half the chord, the centre lies sqrt(1 / |h|^2 - 1) h,
+    turned by a right angle, from the chord's middle; radii too small for the chord are scaled up until it fits.
     """
     rx, ry, turn, large, sweep = abs(numbers[0]), abs(numbers[1]), math.radians(numbers[2]), numbers[3], numbers[4]
     unturned = [point * cmath.exp(-1j * turn) for point in (start, end)]

@@ -21,9 +21,9 @@ from livecl.svg.path_data import control_points, line_cubic, number_list, path_l
 
 FloatArray = NDArray[np.float64]
 
-#: Most dashes of one stroke; more are left out.
+#: Most dashes of one stroke.
 MAX_DASHES = 10_000
-#: Points of a cubic at which its length is measured, to cut dashes.
+#: Points of a cubic at which its length is measured for dashes.
 LENGTH_STEPS = 64
 #: Largest distance between a curve and the lines of an outline, px.
 TOLERANCE = 0.01
@@ -31,7 +31,7 @@ TOLERANCE = 0.01
 
 @dataclasses.dataclass(frozen=True)
 class Pen:
-    """Width px, cap and join (indices into CAPS and JOINS), limit of miters, and lengths of dashes and gaps, px."""
+    """Width, px; cap and join (indices into CAPS and JOINS); miter limit; lengths of dashes and gaps, px."""
 
     width: float
     cap: int
@@ -43,7 +43,7 @@ class Pen:
 
 @dataclasses.dataclass(frozen=True)
 class Lines:
-    """Subpaths (n, 4, 2) as a pen draws them, and whether each is open."""
+    """Subpaths (n, 4, 2) to be stroked, and whether each is open."""
 
     subpaths: list[FloatArray]
     is_open: list[bool]
@@ -72,7 +72,7 @@ def lines_of_shape(tag: str, own: Mapping[str, str], viewport: tuple[float, floa
 
 
 def pen_of(style: Mapping[str, str], viewport: tuple[float, float], units: Units) -> Pen | None:
-    """Return the pen of a style, user units; None where it draws nothing."""
+    """Return the pen of a style, user units; None if it draws nothing."""
     diagonal = math.hypot(*viewport) / math.sqrt(2)
     width = length_in_pixels(style.get("stroke-width"), 1.0, diagonal, units)
     limit = number_list(style.get("stroke-miterlimit", "4"))[0]
@@ -90,7 +90,7 @@ def pen_of(style: Mapping[str, str], viewport: tuple[float, float], units: Units
 
 
 def _dashes(text: str, diagonal: float, units: Units) -> tuple[float, ...]:
-    """Return the lengths of dashes and gaps in turn; none for a whole line."""
+    """Return the alternating lengths of dashes and gaps; none for a solid line."""
     if text.strip().lower() == "none":
         return ()
     lengths = [length_in_pixels(part, 0.0, diagonal, units) for part in re.split(r"[\s,]+", text.strip()) if part]
@@ -99,14 +99,14 @@ def _dashes(text: str, diagonal: float, units: Units) -> tuple[float, ...]:
 
 
 def drawn(lines: Lines, pen: Pen, matrix: FloatArray, scaled: bool) -> tuple[Lines, Pen | None]:
-    """Return what a pen draws on the canvas.
+    """Transform lines and pen to the canvas, and cut dashes.
 
     Parameters
     ----------
     lines : Lines
         User units.
     pen : Pen
-        In user units, or, where it is not `scaled`, in px.
+        In user units, or in px if not `scaled`.
     matrix : (3, 3)
         From user units to px.
     scaled : bool
@@ -115,7 +115,7 @@ def drawn(lines: Lines, pen: Pen, matrix: FloatArray, scaled: bool) -> tuple[Lin
     Returns
     -------
     Lines, Pen or None
-        In px. No pen where the transform stretches the stroke unevenly: the lines are then the stroke's outline.
+        In px. If the transform stretches the stroke unevenly, there is no pen, and the lines are the stroke's outline.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def drawn(lines: Lines, pen: Pen, matrix: FloatArray, scaled: bool) -> tuple[Lin
 
 
 def outlined(lines: Lines, pen: Pen, tolerance: float) -> list[FloatArray]:
-    """Return polygons of straight cubics that fill what a pen draws."""
+    """Return the outline of a stroke: polygons of straight cubics."""
     vertices, smooth, counts = [np.zeros((0, 2))], [np.zeros(0, bool)], []
     for cubics, is_open in zip(lines.subpaths, lines.is_open, strict=True):
         pieces = bezier.pieces_for(cubics, tolerance) * 2
@@ -162,7 +162,7 @@ def outlined(lines: Lines, pen: Pen, tolerance: float) -> list[FloatArray]:
 
 
 def dashed(lines: Lines, pen: Pen) -> Lines:
-    """Cut lines into dashes, anew from each subpath's start; those that meet at a closed one's start are one.
+    """Cut lines into dashes, beginning at each subpath's start; those that meet at a closed one's start are joined.
 
     Raises ValueError if there are more than MAX_DASHES.
     """
@@ -190,7 +190,7 @@ def dashed(lines: Lines, pen: Pen) -> Lines:
 
 
 def _between(cubics: FloatArray, begin: float, end: float) -> FloatArray:
-    """Return the cubics of a subpath between two parameters, each the number of a cubic and a share of it."""
+    """Return the cubics of a subpath between two parameters, each the index of a cubic plus a parameter on it."""
     first, last = min(int(begin), len(cubics) - 1), max(min(math.ceil(end), len(cubics)) - 1, int(begin))
     numbers = np.arange(first, min(last, len(cubics) - 1) + 1)
     return bezier.subsegment(cubics[numbers], np.clip(begin - numbers, 0, 1), np.clip(end - numbers, 0, 1))

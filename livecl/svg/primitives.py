@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Outlines that are circles, ellipses or rectangles, and how SVG writes them.
 
-An outline counts as one if it is the very outline that the reader makes of the element, apart from where it begins and
-which way it runs. So nothing is written as a shape that was not made as one, by the recognition of
-:mod:`livecl.editing` or by whoever wrote the file it was read from.
+An outline counts as one if it equals the outline that the reader makes of the element, apart from start and direction.
+So only those become shapes that were made as such: by the recognition of :mod:`livecl.editing`, or in the file that was
+read.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 
 _TURN = re.compile(r"rotate\((\S+)")
 
-#: How far an outline may be from that of a shape, px; and fewest and most of its segments.
+#: Largest distance of an outline from that of a shape, px; least and largest number of its segments.
 SAME, FEWEST, MOST = 1e-6, 4, 8
 #: Decimals of an angle in degrees: at 1000 px from the centre, the last one is .02 px.
 ANGLE_DECIMALS = 3
@@ -34,7 +34,7 @@ ANGLE_DECIMALS = 3
 
 @dataclasses.dataclass(frozen=True)
 class Primitive:
-    """An element of SVG and its attributes, lengths in px as text; `tag` is circle, ellipse or rect."""
+    """An element of SVG: `tag` (circle, ellipse or rect) and attributes, lengths in px as text."""
 
     tag: str
     attributes: dict[str, str]
@@ -109,9 +109,9 @@ def rectangle(low: FloatArray, high: FloatArray, radius: float = 0.0, precision:
 
 
 def primitive_of(points: FloatArray, precision: int, *, upright: bool = False) -> Primitive | None:
-    """Return the shape that a closed subpath (m, 3, 2) is, its numbers rounded to decimals; None if it is none.
+    """Return a closed subpath (m, 3, 2) as a shape, its numbers rounded to `precision` decimals; None if it is none.
 
-    With `upright` none is turned.
+    With `upright`, rotated shapes are excluded.
     """
     if not FEWEST <= len(points) <= MOST:
         return None
@@ -125,7 +125,7 @@ def primitive_of(points: FloatArray, precision: int, *, upright: bool = False) -
 
 
 def _shapes(points: FloatArray, precision: int) -> Iterator[tuple[Primitive | None, Primitive | None]]:
-    """Yield the shapes that a subpath may be: exact, and with rounded numbers."""
+    """Yield candidate shapes of a subpath: exact, and with rounded numbers."""
     anchors = points[:, 0]
     low, high = anchors.min(axis=0), anchors.max(axis=0)
     if len(points) == 4 and np.abs(anchors[0] + anchors[2] - anchors[1] - anchors[3]).max() <= 4 * SAME:
@@ -150,7 +150,7 @@ def _shapes(points: FloatArray, precision: int) -> Iterator[tuple[Primitive | No
 
 
 def _same(points: FloatArray, outline: FloatArray) -> bool:
-    """Whether two closed subpaths (m, 3, 2) are one, apart from where they begin and which way they run."""
+    """Whether two closed subpaths (m, 3, 2) are equal, apart from start and direction."""
     for way in (outline, reversed_path(outline)):
         gaps = np.abs(way[:, 0] - points[0, 0]).max(axis=1)
         for first in np.flatnonzero(gaps <= SAME):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SVG to `Drawing`: this project's own files, exactly, and foreign ones, as far as a drawing can hold them.
+"""SVG to `Drawing`: this project's own files exactly, others as far as a drawing can represent them.
 
 Unsupported features are named in one warning.
 """
@@ -33,11 +33,11 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     """Read an SVG of filled and stroked paths.
 
     Lines, quadratics, arcs and basic shapes become cubics; transforms are applied; a group's opacity goes into its
-    layers'; open subpaths are closed as filling does; even-odd fills are turned into equal nonzero ones where possible;
-    gradients keep their stops (a focal point beside the centre is approximated); a canvas of a fractional size is
-    rounded up. A shape that is filled and stroked becomes two layers; dashes become open paths of their own, and a
-    stroke that a transform stretches its outline. Unsupported features (text, images, patterns, clips, ...) are named,
-    with counts, in one :class:`UserWarning`. A drawing saved by :func:`livecl.svg.save_svg` is read back equal.
+    layers'; open subpaths of fills are closed; even-odd fills become equal nonzero ones where possible; gradients keep
+    their stops (a focal point off the centre is approximated); a canvas of a fractional size is rounded up. A shape
+    that is filled and stroked becomes two layers; dashes become separate open paths, and a stroke that a transform
+    stretches unevenly becomes its outline. Unsupported features (text, images, patterns, clips, ...) are named, with
+    counts, in one :class:`UserWarning`. A drawing saved by :func:`livecl.svg.save_svg` is read back equal.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     Returns
     -------
     Drawing
-        A layer for each shape, bottom first, called by its Inkscape label, title or id, as its groups are, apart from
-        those of stages; the background is that of a
-        rectangle ``id="background"`` which covers the canvas beneath them, and None without one.
+        A layer for each shape, bottom first. Layers and groups (except those of stages) have their Inkscape label,
+        title or id as name. The background is a rectangle ``id="background"`` that covers the canvas below all layers,
+        or None.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
     """
     name, data = read_document(source)
     try:
-        with np.errstate(over="ignore", invalid="ignore"):  # what overflows is not finite, and refused where it shows
+        with np.errstate(over="ignore", invalid="ignore"):  # overflows are not finite, and refused later
             walker = Walker(parse_document(data))
             drawing = _drawing(walker.layers, walker.size)
     except ValueError as error:
@@ -76,7 +76,7 @@ def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:
 
 
 def _drawing(layers: list[ReadLayer], size: tuple[float, float]) -> Drawing:
-    """Return layers as a drawing; ValueError where its coordinates or sides are too large."""
+    """Return layers as a drawing; ValueError if its coordinates or sides are too large."""
     background = None
     width, height = size
     if layers and _is_background(layers[0], size):
@@ -107,7 +107,7 @@ def _rows(layer: ReadLayer) -> list[FloatArray]:
 
 
 def _strokes(layers: list[ReadLayer]) -> Strokes | None:
-    """Return what strokes layers, its widths rounded as coordinates are; None where nothing does."""
+    """Return the strokes of layers, widths rounded as coordinates are; None if there are none."""
     pens = [layer.pen for layer in layers]
     if not any(pens):
         return None
@@ -122,7 +122,7 @@ def _strokes(layers: list[ReadLayer]) -> Strokes | None:
 
 
 def _fills(layers: list[ReadLayer]) -> Fills:
-    """Return what fills layers, its geometry rounded as coordinates are."""
+    """Return the fills of layers, their geometry rounded as coordinates are."""
     geometry = np.zeros((len(layers), 3, 2))
     for points, layer in zip(geometry, layers, strict=True):
         if layer.gradient is not None:

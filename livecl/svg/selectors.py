@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CSS selectors matched against an SVG tree, within a bound on the work.
+"""Match CSS selectors against an SVG tree, with a bound on the work.
 
-cssselect2 compiles and tests selectors; the elements and the matcher here count the looks of its tests, since a chain
-of descendant combinators looks at depth to the power of its length.
+cssselect2 compiles and tests selectors; the elements and the matcher here count its comparisons, since a chain of
+descendant combinators takes depth to the power of its length.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from xml.etree.ElementTree import Element
 import cssselect2
 import tinycss2
 
-#: Most looks at elements and selectors, so that no file takes minutes.
+#: Most comparisons of elements with selectors, so that no file takes minutes.
 MAX_COMPARISONS = 2_000_000
-#: Longest selector compiled, tokens: its tests nest as deep as it has combinators.
+#: Longest selector compiled, tokens: its tests are nested functions, one for each combinator.
 MAX_SELECTOR_TOKENS = 60
 
 
 class _Work:
-    """Number of looks so far."""
+    """Number of comparisons so far."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -33,7 +33,7 @@ class _Work:
 
 
 class _Node(cssselect2.ElementWrapper):  # type: ignore[misc]  # cssselect2 has no types
-    """An element of the tree that counts the looks of selectors around it."""
+    """An element of the tree that counts comparisons with its ancestors and siblings."""
 
     def __init__(self, etree_element: Element, parent: _Node | None, index: int, *rest: Any, **more: Any) -> None:
         self.work: _Work = _Work() if parent is None else parent.work
@@ -42,7 +42,7 @@ class _Node(cssselect2.ElementWrapper):  # type: ignore[misc]  # cssselect2 has 
 
     @property
     def index(self) -> int:
-        """Place among the siblings; tests that ask for it look at up to as many."""
+        """Index among the siblings; tests that need it compare up to that many."""
         self.work.add(self._index)
         return self._index
 
@@ -80,7 +80,7 @@ class Matcher(cssselect2.Matcher):  # type: ignore[misc]  # cssselect2 has no ty
         self._nodes: dict[Element, _Node] = {}
 
     def add(self, prelude: list[Any], namespaces: dict[str | None, str], payload: object) -> bool:
-        """Add the selectors of a rule; False where one of them is not understood, which voids the rule, as CSS has it.
+        """Add the selectors of a rule; False if one of them is unsupported, which makes CSS ignore the rule.
 
         Parameters
         ----------
@@ -104,7 +104,7 @@ class Matcher(cssselect2.Matcher):  # type: ignore[misc]  # cssselect2 has no ty
         try:
             compiled = cssselect2.compile_selector_list(prelude, namespaces)
         except (cssselect2.SelectorError, NotImplementedError, SyntaxError, RecursionError):
-            return False  # cssselect2 raises all of these on text: bad selectors, and kinds that it does not have
+            return False  # cssselect2 raises any of these for invalid and unsupported selectors
         for selector in compiled:
             if selector.pseudo_element is None:
                 self.add_selector(selector, payload)

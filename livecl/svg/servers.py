@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gradients of a drawing as SVG: a `<linearGradient>` or `<radialGradient>` for each that is used, equal ones once."""
+"""Gradients of a drawing as SVG: `<linearGradient>` and `<radialGradient>` elements, equal ones shared."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class PaintServer(NamedTuple):
 
 
 def format_gradients(drawing: Drawing, ids: list[str], precision: int) -> dict[int, PaintServer]:
-    """Return the gradient of each layer that has one; an id is made of that of the first layer that uses it.
+    """Return the gradient of each layer of a quantized drawing that has one, by layer.
 
-    Of a quantized drawing whose layers have these ids; `precision` are decimals of coordinates in px.
+    Its id is made from that of the first layer that uses it, of `ids`; `precision` are decimals of coordinates in px.
     """
     taken, known, servers = set(ids), dict[str, PaintServer](), dict[int, PaintServer]()
     for layer in drawing.fills.gradient_layers.tolist():
@@ -50,10 +50,10 @@ def format_gradient(drawing: Drawing, layer: int, identifier: str, precision: in
 
 
 def without_plain_gradients(fills: Fills, colors: FloatArray) -> tuple[Fills, FloatArray]:
-    """Return fills whose gradients of one colour are solid, as SVG shows them, and the layers' colours.
+    """Make gradients of a single colour solid; return the fills and the layers' colours, straight RGBA (N, 4).
 
-    A gradient without extent shows its last stop's colour. An SVG of it could not be read back as it was.
-    Of quantized fills, and straight RGBA (N, 4).
+    `fills` are quantized. A gradient without extent shows its last stop's colour; written as a gradient, it could not
+    be read back equal.
     """
     plain = np.zeros(len(fills), dtype=bool)
     colors = colors.copy()
@@ -78,7 +78,7 @@ def without_plain_gradients(fills: Fills, colors: FloatArray) -> tuple[Fills, Fl
 
 
 def _geometry(drawing: Drawing, layer: int, precision: int) -> tuple[str, str]:
-    """Return the element's name and the attributes that place it; an ellipse is the unit circle, transformed."""
+    """Return the element's name and its geometric attributes; an ellipse is a transformed unit circle."""
     points = drawing.fills.geometry[layer]
 
     def number(value: float) -> str:
@@ -88,7 +88,7 @@ def _geometry(drawing: Drawing, layer: int, precision: int) -> tuple[str, str]:
         (x1, y1), (x2, y2) = points[:2].tolist()
         return "linearGradient", f'x1="{number(x1)}" y1="{number(y1)}" x2="{number(x2)}" y2="{number(y2)}"'
     center, axes = points[0], points[1:] - points[0]
-    if not round(float(np.abs(np.linalg.det(axes))), 2 * precision):  # SVG ignores or refuses what has no inverse
+    if not round(float(np.abs(np.linalg.det(axes))), 2 * precision):  # SVG ignores or refuses singular transforms
         return "radialGradient", f'cx="{number(center[0])}" cy="{number(center[1])}" r="0"'
     values = " ".join(number(value) for value in [*axes.ravel().tolist(), *center.tolist()])
     return "radialGradient", f'cx="0" cy="0" r="1" gradientTransform="matrix({values})"'

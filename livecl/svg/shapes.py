@@ -48,7 +48,7 @@ def shape_outline(
     if tag not in ("rect", "ellipse"):
         return []
     rx, ry = length("rx", width, -1.0), length("ry", height, -1.0)
-    rx, ry = (ry if rx < 0 else rx), (rx if ry < 0 else ry)  # a radius not given is the other one
+    rx, ry = (ry if rx < 0 else rx), (rx if ry < 0 else ry)  # a radius not given equals the other
     if tag == "ellipse":
         return ellipse_outline(length("cx", width), length("cy", height), rx, ry)
     sides = length("width", width), length("height", height)
@@ -71,7 +71,7 @@ def polygon_outline(points: str) -> tuple[list[FloatArray], bool]:
 def rectangle_outline(
     x: float, y: float, width: float, height: float, rx: float = 0.0, ry: float = 0.0
 ) -> list[FloatArray]:
-    """Return the outline of a rectangle with corner radii `rx`, `ry`, px; nothing where it has no area."""
+    """Return the outline of a rectangle with corner radii `rx`, `ry`, px; empty if it has no area."""
     if not (width > 0 and height > 0):
         return []
     rx, ry = min(rx, width / 2), min(ry, height / 2)
@@ -91,7 +91,7 @@ def rectangle_outline(
 
 
 def ellipse_outline(cx: float, cy: float, rx: float, ry: float) -> list[FloatArray]:
-    """Return the outline of an ellipse as four cubics; nothing where it has no area."""
+    """Return the outline of an ellipse as four cubics; empty if it has no area."""
     if not (rx > 0 and ry > 0):
         return []
     return [control_points([_quarter(i, cx, cy, rx, ry) for i in range(4)])]

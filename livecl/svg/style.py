@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The cascade of SVG: style sheets, style attributes and presentation attributes to each element's properties."""
+"""The cascade: each element's properties from style sheets, style attributes and presentation attributes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from livecl.svg.document import tag_of
 from livecl.svg.paint import is_valid
 from livecl.svg.selectors import Matcher
 
-#: Properties that an element takes from its parent where it does not state them, with their initial values.
+#: Inherited properties, with their initial values.
 INHERITED = {
     "color": "black",
     "color-interpolation": "srgb",
@@ -41,7 +41,7 @@ INHERITED = {
 MAX_NESTING = 32
 
 _GEOMETRY = {"cx", "cy", "d", "height", "r", "rx", "ry", "width", "x", "y"}
-#: Properties that no attribute sets.
+#: Properties without a presentation attribute.
 _ONLY_CSS = {
     "animation",
     "animation-name",
@@ -56,7 +56,7 @@ _ONLY_CSS = {
     "scale",
     "translate",
 }
-#: Properties that are read, or whose absence from a drawing is said.
+#: Properties that are read, or that warnings name as unsupported.
 _PROPERTIES = (
     INHERITED.keys()
     | _GEOMETRY
@@ -65,12 +65,12 @@ _PROPERTIES = (
     | {"opacity", "overflow", "stop-color", "stop-opacity", "transform", "transform-box", "transform-origin"}
     | {"vector-effect", "viewport-fill"}
 )
-#: Properties whose values are words, in capitals or not.
+#: Properties whose values are case-insensitive keywords.
 _WORDS = {"color-interpolation", "display", "fill-rule", "overflow", "shape-rendering", "transform-box", "visibility"}
 _WIDE = {"inherit", "initial", "unset", "revert", "revert-layer"}
-#: At-rules that change no shape's fill, outline or place.
+#: At-rules without effect on shapes.
 _HARMLESS = {"charset", "color-profile", "counter-style", "font-face", "font-feature-values", "page", "property"}
-#: Media queries that a picture on a light page answers: True, or False.
+#: Media queries, and their results for a static picture on a light page.
 _MEDIA = {
     **dict.fromkeys(("", "all", "screen", "only screen", "(prefers-color-scheme: light)"), True),
     **dict.fromkeys(("print", "speech", "braille", "embossed", "handheld", "projection", "tty", "tv", "aural"), False),
@@ -84,8 +84,8 @@ _Declarations = tuple[tuple[str, str, bool], ...]
 class StyleSheet:
     """The style sheets of a document, and the properties of each element.
 
-    What cannot be read is counted in `left_out`. Raises ValueError if a sheet nests brackets too deep, or sheets take
-    too much work.
+    Unreadable parts are counted in `left_out`. Raises ValueError if a sheet nests brackets too deep, or sheets take too
+    much work.
     """
 
     def __init__(self, root: Element, left_out: collections.Counter[str]) -> None:
@@ -118,7 +118,7 @@ class StyleSheet:
                 self._left_out["animations" if keyframes else "style rules"] += 1
 
     def _applies(self, queries: str) -> bool:
-        """Whether a picture on a light page answers one of some media queries; one that is not understood does not."""
+        """Whether one of a list of media queries matches a static picture on a light page; unknown ones do not."""
         found = False
         for query in queries.split(","):
             words = " ".join(query.lower().replace(":", ": ").split())
@@ -128,11 +128,11 @@ class StyleSheet:
         return found
 
     def properties(self, element: Element, parent: Mapping[str, str]) -> dict[str, str]:
-        """Return the attributes of an element, and its properties as its attributes and the sheets state them.
+        """Return the attributes of an element, and its properties by the cascade.
 
-        From the weakest: its attributes, rules that match, its style attribute, and ``!important`` ones of both.
-        Values that CSS does not know are ignored and counted.
-        `parent` has the properties of the element around it, for ``inherit``.
+        In rising precedence: presentation attributes, matching rules, the style attribute, and ``!important``
+        declarations of both. Invalid values are ignored and counted. `parent` has the properties of the parent, for
+        ``inherit``.
         """
         own: dict[str, str] = {}
         for name, value in element.attrib.items():
@@ -187,11 +187,11 @@ def _declarations(text: str) -> _Declarations:
 
 
 def _declarations_of(content: Any) -> tuple[_Declarations, bool]:
-    """Return the declarations of a block, and whether there was nothing but declarations in it."""
+    """Return the declarations of a block, and whether it contains nothing else."""
     found, whole = [], True
     for node in tinycss2.parse_blocks_contents(content, skip_comments=True, skip_whitespace=True):
         if node.type != "declaration":
-            whole = whole and node.type == "error"  # which CSS ignores
+            whole = whole and node.type == "error"  # CSS ignores errors
         elif node.lower_name in _PROPERTIES:
             value = [token for token in node.value if token.type != "comment"]
             found.append((node.lower_name, tinycss2.serialize(value).strip(), node.important))
@@ -199,7 +199,7 @@ def _declarations_of(content: Any) -> tuple[_Declarations, bool]:
 
 
 def _check_nesting(text: str) -> None:
-    """Refuse CSS whose brackets nest deeper than functions that walk them can follow."""
+    """Refuse CSS with brackets nested too deep for recursive functions."""
     depth = deepest = 0
     for bracket in re.findall(r"[(\[{)\]}]", text):
         depth = depth + 1 if bracket in "([{" else max(0, depth - 1)

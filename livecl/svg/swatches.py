@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Swatches: a colour that an editor lists once, and that changes wherever it is used.
+"""Swatches: colours that an editor lists and can change for all layers at once.
 
-Inkscape's form is a gradient of one stop with ``inkscape:swatch="solid"`` that fills refer to; SVG shows it as one
-colour.
+In Inkscape, a swatch is a gradient of one stop with ``inkscape:swatch="solid"``, which fills refer to; viewers show it
+as that colour.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def swatches_of(drawing: Drawing, unique_id: Callable[[str], str]) -> dict[str, PaintServer]:
     """Return the swatch of each colour of solid layers and the background of a quantized drawing, by its ``#rrggbb``.
 
-    A swatch is called after its colour, as ``swatch-dark-blue``.
+    Its id is made from the colour's name, as ``swatch-dark-blue``.
     """
     colors = [] if drawing.background is None else [drawing.background]
     colors += [rgba for rgba, kind in zip(drawing.colors, drawing.fills.kinds, strict=True) if kind == SOLID]
@@ -30,7 +30,7 @@ def swatches_of(drawing: Drawing, unique_id: Callable[[str], str]) -> dict[str, 
     for code, rgb in {format_rgb(color): color[:3] for color in colors}.items():
         identifier = unique_id(f"swatch {color_names([rgb])[0]}")
         stop = f'<stop offset="0" stop-color="{code}"/>'
-        # In user space: a shape without height, as a level stroke, has no box that a gradient could be laid into.
+        # In user space: a shape without height, as a horizontal stroke, has no bounding box.
         attributes = f'id="{identifier}" inkscape:swatch="solid" gradientUnits="userSpaceOnUse"'
         swatches[code] = PaintServer(identifier, f"<linearGradient {attributes}>{stop}</linearGradient>")
     return swatches

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An SVG document's tree walked in paint order to layers, with styles, transforms, viewports and ``<use>`` resolved."""
+"""Walk an SVG document in paint order: layers with styles, transforms, viewports and ``<use>`` resolved."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from livecl.svg.style import StyleSheet, inherit
 
 FloatArray = NDArray[np.float64]
 
-#: Most path data read, characters: some hundred thousand segments.
+#: Largest amount of path data, characters: some hundred thousand segments.
 MAX_PATH_DATA = 5_000_000
 
 _CONTAINERS = {"svg", "g", "a", "switch", "symbol"}
@@ -52,7 +52,7 @@ _KNOWN = _CONTAINERS | _SHAPES | _LEFT_OUT.keys() | {"use"}
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Context:
-    """Inherited state of an element; `shown` has the elements that <use> shows around it."""
+    """Inherited state of an element; `shown` has the <use>d elements that contain it."""
 
     matrix: FloatArray
     style: dict[str, str]
@@ -81,7 +81,7 @@ class Walker:
     Raises
     ------
     ValueError
-        If something cannot be read, or there is too much of it.
+        If the document cannot be read, or is too large.
     """
 
     def __init__(self, root: Element) -> None:
@@ -183,7 +183,7 @@ class Walker:
             self._walk(child, here)
 
     def _walk_viewport(self, element: Element, tag: str, own: dict[str, str], here: _Context) -> None:
-        """Walk the children of an ``<svg>`` or ``<symbol>``; count a clip where they reach over its edge."""
+        """Walk the children of an ``<svg>`` or ``<symbol>``; count a clip if they extend beyond its edge."""
         width, height = here.viewport
         matrix, units = here.matrix, here.units
         is_root = here.depth == 1
@@ -218,7 +218,7 @@ class Walker:
         x = length_in_pixels(own.get("x"), 0.0, width, here.units)
         y = length_in_pixels(own.get("y"), 0.0, height, here.units)
         size = {}
-        if tag_of(used) in ("symbol", "svg"):  # takes the size that <use> states
+        if tag_of(used) in ("symbol", "svg"):  # it has the size stated by <use>
             size = {name: own[name] for name in ("width", "height") if own.get(name, "auto") != "auto"}
         self._walk(used, dataclasses.replace(here, matrix=here.matrix @ translation(x, y)), size)
 
@@ -244,7 +244,7 @@ class Walker:
         self.layers += painted
 
     def _filled(self, local: list[FloatArray], here: _Context) -> ReadLayer | None:
-        """Return the layer that fills an outline in user units, if anything does."""
+        """Return the layer of an outline's fill, if it has one; the outline is in user units."""
         outline = _finite(shapes.transformed(local, here.matrix))
         fill = self._paint("fill", local, here) if outline else None
         if fill is None:
@@ -258,7 +258,7 @@ class Walker:
         return self._layer(fill, outline)
 
     def _stroked(self, tag: str, own: dict[str, str], here: _Context) -> ReadLayer | None:
-        """Return the layer of a shape's stroke, if it has any."""
+        """Return the layer of a shape's stroke, if it has one."""
         pen = pen_of(here.style, here.viewport, here.units)
         lines = lines_of_shape(tag, own, here.viewport, here.units)
         paint = self._paint("stroke", lines.subpaths, here) if pen and lines.subpaths else None
@@ -276,12 +276,12 @@ class Walker:
         return layer if pen is None else dataclasses.replace(layer, pen=pen, is_open=lines.is_open)
 
     def _layer(self, paint: Gradient | Rgba, outline: list[FloatArray]) -> ReadLayer:
-        """Return a layer, yet without a name."""
+        """Return a layer without a name yet."""
         gradient, color = self._held(paint, outline) if isinstance(paint, Gradient) else (None, paint)
         return ReadLayer(outline=outline, color=color, stage=0, identifier="", name="", gradient=gradient)
 
     def _held(self, gradient: Gradient, outline: list[FloatArray]) -> tuple[Gradient | None, Rgba]:
-        """Return a gradient if a drawing can hold it, and the colour nearest to it, for one that is too far away."""
+        """Return a gradient, or None if its coordinates are out of bounds, and its mean colour."""
         (red, green, blue, alpha), difference = mean_color(gradient, bezier.curve_bounds(np.concatenate(outline)))
         if np.abs(gradient.points).max() <= MAX_COORDINATE:
             return gradient, (red, green, blue, alpha)
@@ -328,7 +328,7 @@ class Walker:
 
 
 def _finite(outline: list[FloatArray]) -> list[FloatArray]:
-    """Return an outline as it is; ValueError where a coordinate is not finite."""
+    """Return the outline; ValueError if a coordinate is not finite."""
     if not all(np.isfinite(subpath).all() for subpath in outline):
         raise ValueError("coordinates are not finite")
     return outline

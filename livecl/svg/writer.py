@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Drawing` to SVG: eight-bit colours, rounded coordinates, layers that an editor lists by name."""
+"""`Drawing` to SVG: 8-bit colours, rounded coordinates, named layers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ INKSCAPE_NAMESPACE = "http://www.inkscape.org/namespaces/inkscape"
 
 
 def quantize(drawing: Drawing, precision: int = 3, *, cubics: bool = False) -> Drawing:
-    """Return the drawing that a saved SVG holds: colours of 8 bits, coordinates rounded.
+    """Round a drawing as a saved SVG does: colours to 8 bits, coordinates to decimals.
 
     Parameters
     ----------
@@ -41,14 +41,14 @@ def quantize(drawing: Drawing, precision: int = 3, *, cubics: bool = False) -> D
     precision : int
         Decimals kept of coordinates in px, 0 to 9.
     cubics : bool
-        Whether it is written as cubics only, see :func:`format_svg`: points are rounded then and nothing else.
+        Whether it is to be written as cubics only, see :func:`format_svg`: points are then merely rounded.
 
     Returns
     -------
     Drawing
-        Colours, opacities, stops and background at multiples of 1/255, points of outlines and gradients at multiples of
-        ``10**-precision``, and so widths of strokes, handles of straight segments at thirds, circles, ellipses and
-        rectangles as the reader makes them of rounded lengths; gradients that are of one colour then, or without
+        Colours, opacities, stops and background are multiples of 1/255; points of outlines and gradients and widths of
+        strokes are multiples of ``10**-precision``; handles of straight segments are at thirds; circles, ellipses and
+        rectangles are those that the reader makes of rounded lengths; gradients that are then of one colour, or without
         extent, are solid.
     """
     if precision not in range(MAX_PRECISION + 1):
@@ -61,7 +61,7 @@ def quantize(drawing: Drawing, precision: int = 3, *, cubics: bool = False) -> D
     if not cubics:
         found = primitives(drawing, int(precision))
         rounded = primitives(drawing.moved(points.copy(), drawing.colors, None), int(precision))
-    for layer, primitive in {**rounded, **found}.items():  # rounding may make shapes of outlines that were none
+    for layer, primitive in {**rounded, **found}.items():  # rounding may turn further outlines into shapes
         points[slice(*drawing.segment_offsets[layer : layer + 2])] = primitive.points
     fill_rows, stroke_rows = paired_rows(drawing, border_pairs(drawing))
     points[stroke_rows] = points[fill_rows]
@@ -75,7 +75,7 @@ def quantize(drawing: Drawing, precision: int = 3, *, cubics: bool = False) -> D
 
 
 def primitives(drawing: Drawing, precision: int = 3) -> dict[int, Primitive]:
-    """Return the filled layers that are circles, ellipses or rectangles, and which, their lengths rounded."""
+    """Return the circles, ellipses and rectangles among the filled layers, by layer, their lengths rounded."""
     found = {}
     can_turn = drawing.fills.kinds == SOLID  # a transform would turn a gradient, too
     pairs = border_pairs(drawing)
@@ -90,7 +90,7 @@ def primitives(drawing: Drawing, precision: int = 3) -> dict[int, Primitive]:
 
 
 def layer_kinds(drawing: Drawing, precision: int = 3) -> list[str]:
-    """Return how each layer is written: as "circle", "ellipse", "rectangle", "path" (filled) or "stroke"."""
+    """Return the kind of each layer's element: "circle", "ellipse", "rectangle", "path" (filled) or "stroke"."""
     kinds = ["stroke" if width else "path" for width in drawing.strokes.widths.tolist()]
     for layer, primitive in primitives(drawing, precision).items():
         kinds[layer] = "rectangle" if primitive.tag == "rect" else primitive.tag
@@ -108,9 +108,10 @@ def format_svg(
 ) -> str:
     """Return a drawing as SVG text.
 
-    A ``<path>`` or a basic shape for each layer in paint order, filled by the nonzero rule, or stroked; a fill and the
-    stroke around it (:func:`livecl.drawing.borders.border_pairs`) are one. The background is a rectangle beneath them.
-    Every path has an id and a name: its own, or one of colour, shape and place (:attr:`Drawing.labels`).
+    Each layer becomes a ``<path>`` or a basic shape in paint order, filled by the nonzero rule, or stroked; a fill and
+    the stroke around it (:func:`livecl.drawing.borders.border_pairs`) share one element. The background is a rectangle
+    below them. Every element has an id and a name: the layer's own, or one made of colour, shape and place
+    (:attr:`Drawing.labels`).
 
     Parameters
     ----------
@@ -120,16 +121,16 @@ def format_svg(
         Decimals kept of coordinates in px, 0 to 9.
     layers : {"inkscape", "plain"}
         ``inkscape``: with groups, and names as Inkscape's labels. ``plain``: neither groups nor Inkscape's attributes;
-        names are ids, or a ``<title>`` where an id cannot say them.
+        names are ids, or a ``<title>`` if they are no valid id.
     groups : {"thing", "stage", "none"}, optional
-        ``thing``: the drawing's own groups (:attr:`Drawing.groups`). ``stage``: layers that one stage added, where they
-        follow each other, form a group which Inkscape shows as a layer; only then the stages are kept. ``none``: none.
-        Where not given: the drawing's own, or where it has none, its stages.
+        ``thing``: the drawing's own groups (:attr:`Drawing.groups`). ``stage``: consecutive layers of one stage form a
+        group that Inkscape shows as a layer; only then are stages saved. ``none``: no groups. By default, the drawing's
+        own groups, or if it has none, its stages.
     swatches : bool
-        With `layers` "inkscape": whether colours are swatches of Inkscape's, which change wherever they are used.
+        With `layers` "inkscape": whether colours are Inkscape swatches, which can be edited for all layers at once.
     cubics : bool
-        Whether all is written as paths of cubics, as animations need; straight segments are lines otherwise, and layers
-        that are circles, ellipses or rectangles such elements.
+        Whether all layers are written as paths of cubics, as animations need. Otherwise straight segments are lines,
+        and circles, ellipses and rectangles are elements of that kind.
 
     Examples
     --------
@@ -214,7 +215,7 @@ def _paint_of(code: str, swatches: dict[str, PaintServer]) -> str:
 
 
 def _format_paint(drawing: Drawing, layer: int, precision: int, color: str) -> str:
-    """Paint of a layer, as attributes. The nonzero rule is SVG's default."""
+    """Format the paint of a layer as attributes. The nonzero rule is SVG's default."""
     rgba, is_stroked = drawing.colors[layer], drawing.strokes.widths[layer] > 0
     name = "stroke" if is_stroked else "fill"
     paint = f'{name}="{color}"'
@@ -235,7 +236,7 @@ def _format_data(drawing: Drawing, layer: int, precision: int, cubics: bool) -> 
 
 
 def format_pen(drawing: Drawing, layer: int, precision: int) -> str:
-    """Width, caps and joins of a stroked layer, as attributes; SVG's defaults are left out."""
+    """Format width, caps and joins of a stroked layer as attributes; SVG's defaults are left out."""
     strokes = drawing.strokes
     pen = f'stroke-width="{format_decimal(round(strokes.widths[layer] * 10**precision), precision)}"'
     if strokes.caps[layer]:

@@ -27,7 +27,7 @@ def _corrections() -> tuple[FloatArray, FloatArray]:
 
 @dataclasses.dataclass
 class Adam:
-    """First and second moments of one array of parameters, whose rows may have joined at different times.
+    """First and second moments of an array of parameters, whose rows may have been added at different times.
 
     Attributes
     ----------
@@ -58,11 +58,11 @@ class Adam:
         return Adam(self.mean[rows].copy(), self.square[rows].copy(), self.ages[rows].copy())
 
     def forget(self, rows: Any) -> None:
-        """Return some of the rows to the state before their first step."""
+        """Reset some of the rows to the state before their first step."""
         self.mean[rows], self.square[rows], self.ages[rows] = 0, 0, 0
 
     def step(self, gradient: FloatArray, learning_rate: ArrayLike) -> FloatArray:
-        """Take in a gradient and return the change of the parameters.
+        """Update the moments by a gradient, and return the change of the parameters.
 
         Parameters
         ----------
@@ -89,12 +89,12 @@ class Adam:
 
 
 def decayed(ages: NDArray[np.int64], factor: float, period: int) -> FloatArray:
-    """Return the share of the learning rate left at each age: `factor` every `period` steps, straight lines between."""
+    """Return the factor of the learning rate at each age: `factor` every `period` steps, linear in between."""
     whole, part = np.divmod(ages, period)
     start = np.power(float(factor), whole)
     return np.asarray(start * (1 - part / period * (1 - factor)), dtype=np.float64)
 
 
 def settling(progress: float, left: float) -> float:
-    """Return the share of the learning rate at a point of a stage: 1 at first, from the middle on down to `left`."""
+    """Return the factor of the learning rate at a point of a stage: 1 up to the middle, then falling to `left`."""
     return 1 - (1 - left) * max(0.0, 2 * progress - 1)

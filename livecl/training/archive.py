@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Archives of arrays and facts: the file format of states and checkpoints, written whole, and read without trust."""
+"""Archives of arrays and facts: the file format of checkpoints, written atomically, and read without trust."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def write_archive(path: str | os.PathLike[str], facts: dict[str, Any], arrays: d
 
 
 def read_archive(path: str | os.PathLike[str]) -> tuple[dict[str, Any], Arrays]:
-    """Return the facts and the arrays of a file; raises one of `UNREADABLE` where it has none."""
+    """Return the facts and the arrays of a file; raises one of `UNREADABLE` if it is no archive."""
     with np.load(path, allow_pickle=False) as file:
         arrays = dict(file)
     facts = json.loads(str(arrays.pop("facts")))
@@ -67,7 +67,7 @@ def drawing_arrays(prefix: str, drawing: Drawing) -> dict[str, Any]:
 
 
 def drawing_from(prefix: str, arrays: Arrays, size: tuple[int, int]) -> Drawing:
-    """Return the drawing that :func:`drawing_arrays` took apart."""
+    """Return the drawing from the arrays of :func:`drawing_arrays`."""
     background = arrays.get(f"{prefix}background")
     fills = None
     if any(name.startswith(f"{prefix}fills.") for name in arrays):
@@ -86,7 +86,7 @@ def adam_arrays(name: str, adam: Adam) -> dict[str, Any]:
 
 
 def adam_from(name: str, arrays: Arrays) -> Adam:
-    """Return the moments that :func:`adam_arrays` took apart."""
+    """Return the moments from the arrays of :func:`adam_arrays`."""
     return Adam(**{field: arrays[f"adam.{name}.{field}"] for field in ("mean", "square", "ages")})
 
 
@@ -98,7 +98,7 @@ def fill_arrays(prefix: str, drawing: Drawing, moments: FillMoments) -> dict[str
 
 
 def fills_from(prefix: str, arrays: Arrays, drawing: Drawing) -> FillMoments:
-    """Return the moments that :func:`fill_arrays` took apart."""
+    """Return the moments from the arrays of :func:`fill_arrays`."""
     if not drawing.fills.any_gradients:
         return FillMoments.start(drawing.fills)
     return FillMoments(adam_from(f"{prefix}geometry", arrays), adam_from(f"{prefix}stops", arrays))

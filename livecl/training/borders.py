@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Borders:
-    """Segments of fills, and those of the strokes around them, (R,) each, in one order."""
+    """Segments of fills, and the same segments of the strokes around them, (R,) each."""
 
     fills: NDArray[np.int64]
     strokes: NDArray[np.int64]
@@ -40,7 +40,7 @@ class Borders:
             d_points[self.strokes] = 0
 
     def restore(self, points: FloatArray) -> None:
-        """Let the strokes follow the fills, in place: (M, 3, 2) px."""
+        """Copy the points of fills to the strokes around them, in place: (M, 3, 2) px."""
         if len(self.fills):
             points[self.strokes] = points[self.fills]
 

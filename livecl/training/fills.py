@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Adam for gradient fills: geometry takes the steps of points, stops those of colours."""
+"""Adam for gradient fills: geometry has the learning rate of points, stops that of colours."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class FillMoments:
     """Moments of a drawing's fills."""
 
     geometry: Adam  # of the gradients' points, by layer: (N, 3, 2)
-    stops: Adam  # of the stops' places and colours: (S, 5)
+    stops: Adam  # of the stops' offsets and colours: (S, 5)
 
     @classmethod
     def start(cls, fills: Fills) -> FillMoments:
@@ -31,14 +31,14 @@ class FillMoments:
         return cls(Adam.start(fills.geometry.shape), Adam.start((len(fills.stop_positions), 5)))
 
     def copy(self) -> FillMoments:
-        """Return moments that do not change with these."""
+        """Return an independent copy."""
         return FillMoments(self.geometry.subset(slice(None)), self.stops.subset(slice(None)))
 
     def followed(self, old: Fills, new: Fills, sources: NDArray[Any]) -> FillMoments:
-        """Return the moments of other fills.
+        """Return the moments for changed fills.
 
-        Layers of the same kind, with as many stops, keep theirs; for Adam, all others are new.
-        `sources` (N,) has the number that each layer had before, -1 for a new one.
+        Layers of the same kind, with as many stops, keep theirs; all others start anew. `sources` (N,) has each
+        layer's former index, -1 for a new one.
         """
         moments = FillMoments.start(new)
         for layer in new.gradient_layers.tolist():
@@ -56,8 +56,8 @@ class FillMoments:
     def step(self, fills: Fills, gradients: FillGradients, point_rate: Rate, color_rate: Rate) -> Fills:
         """Return fills moved by one step.
 
-        Stops stay within [0, 1], in their order. A layer's first and last stop keep their places: where these lie is
-        said by the geometry.
+        Stops stay within [0, 1], in their order. A layer's first and last stop keep their offsets: the geometry moves
+        them.
         """
         d_stops = np.concatenate([gradients.stop_positions[:, None], gradients.stop_colors], axis=1)
         first, last = fills.end_stops
@@ -75,7 +75,7 @@ class FillMoments:
 
 
 def hold_fills(fills: Fills, gradients: FillGradients, locked: NDArray[np.bool_]) -> None:
-    """Leave the fills of locked layers (N,) without a gradient."""
+    """Clear the gradients of locked layers' fills, (N,)."""
     gradients.geometry[locked] = 0
     stops = locked[fills.stop_layers]
     gradients.stop_positions[stops] = 0

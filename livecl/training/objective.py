@@ -16,8 +16,8 @@ from livecl.rendering.rasterizer import DeviceImage, Rasterizer
 from livecl.training.state import State
 from livecl.training.xing import xing_loss
 
-#: Distance px between curve and lines that the distance weight is measured with: a fortieth of tau, where the weight
-#: falls to 0, and a quarter of the lines that the picture needs (cost and gain: docs/notes/performance.md).
+#: Flattening tolerance for the distance weight, px: a fortieth of tau, where the weight falls to 0. It needs a quarter
+#: of the lines of the picture (cost and gain: docs/notes/performance.md).
 DISTANCE_TOLERANCE = 0.25
 
 
@@ -28,12 +28,12 @@ class Objective:
         self._rasterizer = rasterizer
         self._target = rasterizer.upload(target)
         self._ones = rasterizer.upload(np.ones(target.shape[:2]))
-        self._kept: tuple[Any, DeviceImage] = (None, self._ones)  # weights of pixels that a state keeps, on the device
+        self._kept: tuple[Any, DeviceImage] = (None, self._ones)  # `State.kept_weight`, and its copy on the device
         self._num_pixels = target.shape[0] * target.shape[1]
         self._pieces: tuple[Any, NDArray[np.int32]] = (None, np.zeros(0, np.int32))  # of the picture, of the distance
 
     def warm_up(self, drawing: Drawing, options: Options) -> None:
-        """Launch each kernel that a step needs once."""
+        """Launch once each kernel that a step needs."""
         self._rasterizer.forward(drawing)
         if options.loss == "mse" or options.variant == "released":
             self._rasterizer.loss_and_gradients(drawing, self._target, self._ones)
@@ -55,7 +55,7 @@ class Objective:
         return loss + options.xing_weight * xing, gradients
 
     def released_weight(self, state: State, stage: int) -> NDArray[Any]:
-        """Weight of the authors' program: the closeness of a stage's paths, at most 1, and the rest of earlier ones."""
+        """Weight of the authors' program: closeness to a stage's paths, scaled to 1, plus earlier ones'; at most 1."""
         newest = int(np.searchsorted(state.drawing.stages, stage))
         pieces = self._distance_pieces(state)
         on_device = self._rasterizer.distance_weight_on_device(state.drawing, state.options.tau, pieces, newest)
@@ -64,10 +64,7 @@ class Objective:
         return weight if state.kept_weight is None else np.minimum(weight + state.kept_weight, 1)
 
     def _weight(self, state: State) -> tuple[DeviceImage | DistanceWeight, float]:
-        """Weight of each pixel's error, and the common factor.
-
-        Those of a mean over pixels and RGB, or eq. (1) and the 1/3 of eq. (2).
-        """
+        """Weight of each pixel's error, and a common factor: of the mean over pixels and RGB, or of eq. (1) and (2)."""
         if state.options.loss == "mse":
             if state.kept_weight is not self._kept[0]:
                 kept = state.kept_weight
@@ -78,7 +75,7 @@ class Objective:
         return self._rasterizer.upload(self.released_weight(state, state.stage)), 1 / self._num_pixels
 
     def _distance_pieces(self, state: State) -> NDArray[np.int32]:
-        """Coarser lines for the distance weight; the error of a line falls with the square of their number."""
+        """Numbers of lines for the distance weight; the error falls with the square of their number."""
         if self._pieces[0] is not state.pieces:
             share = np.sqrt(self._rasterizer.tolerance / DISTANCE_TOLERANCE)
             self._pieces = state.pieces, np.ceil(state.pieces * share).astype(np.int32)
@@ -91,7 +88,7 @@ class Objective:
             first = int(drawing.segment_offsets[np.searchsorted(drawing.stages, state.stage)])
         cubics = drawing.cubics[first:]
         if drawing.strokes.is_open.any():
-            ends = drawing.subpath_offsets[1:][drawing.strokes.is_open] - 1 - first  # rows that are no curves
+            ends = drawing.subpath_offsets[1:][drawing.strokes.is_open] - 1 - first  # last rows, which are no segments
             cubics[ends[ends >= 0]] = 0
         value, d_cubics = xing_loss(cubics)
         d_points = np.zeros_like(drawing.points)

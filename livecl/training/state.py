@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`State`: what a step of training moves, and what it depends on."""
+"""`State`: the variables of training, and all that a step depends on."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ _FORMAT = 6
 #: Fields that JSON holds as they are, and those of moments.
 _FACTS, _ADAMS = ("stage", "iteration", "length", "keeps_colors"), ("points", "colors", "widths", "background")
 
-#: Permissions of a layer: everything; moving and colouring; nothing.
+#: Holds of a layer: free; trained but never dropped, merged or replaced; unchanged.
 FREE, KEPT, LOCKED = 0, 1, 2
 
 
 @dataclasses.dataclass(frozen=True)
 class Fallback:
-    """A drawing with the moments and the holds that belong to it, and its visible mean squared error."""
+    """A drawing with its moments, holds and visible mean squared error."""
 
     drawing: Drawing
     points: Adam
@@ -50,12 +50,12 @@ class Fallback:
 class State:
     """A drawing in training, between two iterations."""
 
-    drawing: Drawing  # layers so far, as trained: neither rounded nor snapped to 8 bits
+    drawing: Drawing  # layers so far, neither rounded nor quantized to 8 bits
     options: Options  # parameters of the method
     #: The stage or revision that is under way, and its steps so far.
     stage: int
     iteration: int
-    length: int  # steps that it takes in all, as far as is known
+    length: int  # its total number of steps, as now planned
     #: Moments of the control points, by segment, of colours and widths of strokes, by layer, and of the background.
     points: Adam
     colors: Adam
@@ -63,20 +63,20 @@ class State:
     background: Adam
     fills: FillMoments  # moments of gradient fills
     pieces: NDArray[np.int32]  # (M,), lines that each segment is flattened into
-    rng: np.random.Generator  # source of whatever is random
-    #: (N,): FREE, KEPT (is not dropped, merged or replaced) or LOCKED (stays as it is), for each layer.
+    rng: np.random.Generator  # source of all random choices
+    #: (N,): FREE, KEPT (is not dropped, merged or replaced) or LOCKED (does not change), for each layer.
     holds: NDArray[np.int8]
-    #: (H, W): distance weight that earlier stages left (the released program's loss); or 0 where layers will show that
-    #: a later stage places (placement by structure), as those of now do not follow the picture there.
+    #: (H, W): distance weight of earlier stages (the released program's loss); or 0 at pixels of layers that a later
+    #: stage places (placement by structure), as present layers do not follow the picture there.
     kept_weight: NDArray[Any] | None = None
-    #: (M, 3): control points that no pixel decides on, which stay where they are (placement by structure).
+    #: (M, 3): control points that no pixel depends on, which are not moved (placement by structure).
     hidden: NDArray[np.bool_] | None = None
-    keeps_colors: bool = False  # whether the colours of solid layers stay, as they are of a palette
+    keeps_colors: bool = False  # whether the colours of solid layers are fixed, as those of a palette
     losses: tuple[float, ...] = ()  # losses of its last steps
 
     @classmethod
     def start(cls, drawing: Drawing, options: Options, seed: int, locked: NDArray[np.bool_] | None = None) -> State:
-        """Return the state before the first stage, from a drawing whose layers are kept, some of them, (N,), locked."""
+        """Return the state before the first stage; the drawing's layers are KEPT, those of `locked` (N,) LOCKED."""
         return cls(
             drawing=drawing,
             options=options,
@@ -99,12 +99,12 @@ class State:
 
     @property
     def locked(self) -> NDArray[np.bool_]:
-        """Layers that stay as they are: (N,)."""
+        """Locked layers: (N,)."""
         return self.holds == LOCKED
 
     @property
     def locked_segments(self) -> NDArray[np.bool_]:
-        """Segments of layers that stay as they are: (M,)."""
+        """Segments of locked layers: (M,)."""
         return self.locked[self.drawing.segment_layers]
 
     @property
@@ -113,7 +113,7 @@ class State:
         return self.holds == FREE
 
     def add(self, new: Drawing, order: NDArray[np.intp]) -> None:
-        """Add layers; `order` (N + K,) is the paint order of all, the new ones being numbered from N on."""
+        """Add layers; `order` (N + K,) is the paint order of all, with the new ones numbered from N."""
         drawing = concatenate(self.drawing, new)
         segments = np.concatenate([np.flatnonzero(drawing.segment_layers == layer) for layer in order])
         self.points.extend(new.num_segments)
@@ -127,12 +127,12 @@ class State:
         self.holds = np.concatenate([self.holds, np.full(new.num_layers, FREE, np.int8)])[order]
 
     def _take(self, segments: NDArray[Any], layers: NDArray[Any]) -> None:
-        """Go on with the moments of some segments and layers, by index or mask."""
+        """Keep the moments of some segments and layers, by index or mask."""
         self.points = self.points.subset(segments)
         self.colors, self.widths = self.colors.subset(layers), self.widths.subset(layers)
 
     def keep_layers(self, layers: NDArray[Any]) -> None:
-        """Take out all layers but these (K,)."""
+        """Remove all layers but these (K,)."""
         segments = np.isin(self.drawing.segment_layers, layers)
         before, self.drawing = self.drawing, self.drawing.layer_subset(layers)
         self.fills = self.fills.followed(before.fills, self.drawing.fills, np.arange(before.num_layers)[layers])
@@ -141,7 +141,7 @@ class State:
         self.pieces = self.pieces[segments]
 
     def replace_layers(self, drawing: Drawing, sources: NDArray[np.intp]) -> None:
-        """Go on with another drawing: `sources` (N,) has the number that each layer had before, -1 for a new one."""
+        """Replace the drawing; `sources` (N,) has each layer's former index, -1 for a new one."""
         old = np.arange(self.drawing.num_segments)
         ranges = [old[self.drawing.segment_layers == layer] for layer in range(self.drawing.num_layers)]
         counts = np.diff(drawing.segment_offsets)
@@ -160,17 +160,17 @@ class State:
         self.pieces = np.ones(drawing.num_segments, np.int32)  # until they are chosen
 
     def replace_fills(self, drawing: Drawing) -> None:
-        """Go on with the same layers filled otherwise."""
+        """Replace the fills of the layers."""
         self.fills = self.fills.followed(self.drawing.fills, drawing.fills, np.arange(drawing.num_layers))
         self.drawing = drawing
 
     def recolor(self, drawing: Drawing) -> None:
-        """Go on with the same layers in other colours, which stay from now on."""
+        """Replace the colours of the layers, and fix them."""
         self.drawing, self.keeps_colors = drawing, True
         self.colors = Adam.start(drawing.colors.shape)
 
     def fall_back(self, error: float) -> Fallback:
-        """Return the state, of a visible mean squared error, for :meth:`restore`."""
+        """Return the drawing, whose visible mean squared error is `error`, for :meth:`restore`."""
         points, colors, widths = (moments.subset(slice(None)) for moments in (self.points, self.colors, self.widths))
         return Fallback(self.drawing, points, colors, widths, self.fills.copy(), self.holds, error)
 
@@ -180,7 +180,7 @@ class State:
         self.widths, self.fills, self.holds = fallback.widths, fallback.fills, fallback.holds
 
     def copy(self) -> State:
-        """Return a state that does not change with this one; drawings and other arrays are never changed in place."""
+        """Return an independent copy; drawings and arrays that are never changed in place are shared."""
         return dataclasses.replace(
             self,
             **{name: getattr(self, name).subset(slice(None)) for name in _ADAMS},
@@ -189,7 +189,7 @@ class State:
         )
 
     def parts(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return all that makes the state as facts, which JSON can hold, and arrays by name."""
+        """Return the state as facts, which JSON can hold, and arrays by name."""
         arrays: dict[str, Any] = {"pieces": self.pieces, "holds": self.holds, **drawing_arrays("", self.drawing)}
         for name in _ADAMS:
             arrays |= adam_arrays(name, getattr(self, name))
@@ -210,7 +210,7 @@ class State:
 
     @classmethod
     def of_parts(cls, facts: dict[str, Any], arrays: Arrays) -> State:
-        """Return the state that :meth:`parts` took apart; raises one of `UNREADABLE` where they make none."""
+        """Return the state from its :meth:`parts`; raises one of `UNREADABLE` if they are invalid."""
         if facts["format"] != _FORMAT:
             raise ValueError(f"format {facts['format']}, wanted {_FORMAT}")
         rng = np.random.default_rng()

@@ -20,16 +20,16 @@ from livecl.training.fills import hold_fills
 from livecl.training.state import State
 from livecl.training.ties import Ties
 
-#: Steps after which the numbers of lines that flatten the segments are looked at again.
+#: Steps between two updates of the numbers of lines of the segments.
 PIECES_PERIOD = 10
-#: Steps between two looks for outlines that cross themselves.
+#: Steps between two searches for outlines that cross themselves.
 UNTANGLE_PERIOD = 25
-#: Area of a loop, px^2, up to which it is cut without a look at what it shows. Larger ones wait for the last step of a
-#: phase: what they show changes until then.
+#: Largest area of a loop, px^2, that is cut without comparing errors. Larger ones wait for the last step of a phase:
+#: what they show changes until then.
 SMALL_LOOP = 3.0
-#: Narrowest stroke that training leaves, px: a line of a tenth of full colour, which still has a gradient.
+#: Least width of a trained stroke, px: a line of a tenth of its colour, which still has a gradient.
 MIN_WIDTH = 0.1
-#: Steps over which the learning rate decays by the factor that the options name.
+#: Steps in which the learning rate decays by `Options.decay`.
 DECAY_PERIOD = 500
 
 
@@ -42,10 +42,7 @@ def choose_pieces(state: State, rasterizer: Rasterizer) -> None:
 
 
 def hold_still(state: State, gradients: Gradients) -> None:
-    """Clear the gradients of fixed parameters: locked layers, hidden points, colours of a palette.
-
-    Moments that are zero stay zero.
-    """
+    """Clear the gradients of fixed parameters, so that their moments stay 0: locked layers, hidden points, palettes."""
     if state.hidden is not None and len(state.hidden) == len(gradients.points):
         gradients.points[state.hidden] = 0
     if state.keeps_colors:
@@ -60,7 +57,7 @@ def hold_still(state: State, gradients: Gradients) -> None:
 
 
 def move(state: State, gradients: Gradients) -> None:
-    """One step of Adam; colours stay within [0, 1]. On a small canvas, points take small steps."""
+    """Take a step of Adam; colours stay within [0, 1]. On a small canvas, points take small steps."""
     options, drawing = state.options, state.drawing
     settled = settling(state.iteration / state.length, options.settle)
 
@@ -77,7 +74,7 @@ def move(state: State, gradients: Gradients) -> None:
     if ties is not None:
         ties.restore(points)
     borders.restore(points)
-    points[state.locked_segments] = drawing.points[state.locked_segments]  # ties round
+    points[state.locked_segments] = drawing.points[state.locked_segments]  # undoes the rounding of ties
     color_rate = rate(options.color_learning_rate, state.colors.ages)
     colors = np.clip(drawing.colors + state.colors.step(gradients.colors, color_rate), 0, 1)
     if options.opacity == "opaque":
@@ -106,7 +103,7 @@ def move(state: State, gradients: Gradients) -> None:
 
 
 def _hold_opacities(state: State, stop_colors: NDArray[np.float64]) -> None:
-    """Treat the opacities of stops as those of solid layers."""
+    """Snap or hold the opacities of stops, as those of solid layers."""
     options, fills = state.options, state.drawing.fills
     if options.opacity == "opaque":
         stop_colors[:, 3] = fills.stop_colors[:, 3]
@@ -115,17 +112,17 @@ def _hold_opacities(state: State, stop_colors: NDArray[np.float64]) -> None:
 
 
 def untangles_now(state: State) -> bool:
-    """Now and then in the second half of a stage, when paths have found their places, and after its last step."""
+    """Whether to untangle: periodically in the second half of a stage, when paths have settled, and at its end."""
     iteration, length = state.iteration, state.length
     return iteration == length or (2 * iteration > length and iteration % UNTANGLE_PERIOD == 0)
 
 
 def untangle_outlines(state: State, error: Callable[[Drawing], float] | None = None) -> None:
-    """Take the loops out of all filled outlines that may change; Adam starts anew for changed segments.
+    """Cut the loops out of all filled outlines that are not locked; Adam starts anew for changed segments.
 
-    An outline keeps a loop that shows something: one of more than `SMALL_LOOP` px^2 without which the `error` of the
-    drawing would rise by more than a layer must be worth (`Options.prune`), as beyond a neck whose two sides cross.
-    Without an `error` only outlines all of whose loops are smaller lose them.
+    A loop of more than `SMALL_LOOP` px^2 is kept if the `error` of the drawing would rise by more than `Options.prune`
+    without it: it shows something, as beyond a neck whose two sides cross. Without an `error`, outlines with such loops
+    are not changed.
     """
     drawing = state.drawing
     points, cubics = drawing.points.copy(), drawing.cubics
@@ -158,7 +155,7 @@ def _cut_where_nothing_shows(
     points: NDArray[np.float64],
     all_cut: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the points with outlines of the `large` ones from `all_cut`: all, or one by one those that may be."""
+    """Return the points with the `large` loops cut, as in `all_cut`: all if the error allows, else one by one."""
     drawing, most = state.drawing, state.options.prune
 
     def error_of(moved: NDArray[np.float64]) -> float:

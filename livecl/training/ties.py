@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Ties between control points: straight segments stay straight, and smooth joins smooth, while points are trained.
 
-A tie is seen in the drawing itself: handles at a third and two thirds of their segment, or in line with those on the
+Ties are found in the drawing itself: handles at a third and two thirds of their segment, or collinear with those on the
 other side of the anchor, to within rounding. Of a straight segment only the anchors are free: with h = (2 a + b) / 3
 and k = (a + 2 b) / 3, the chain rule adds 2/3 dL/dh + 1/3 dL/dk to dL/da, and the reverse to dL/db. The handles of a
-smooth join are put back, after each step, on the line through the anchor that is parallel to the line through both;
-where one side is straight, on that.
+smooth join are projected, after each step, on the line through the anchor that is parallel to the line through both, or
+on the straight side, if there is one.
 """
 
 from __future__ import annotations
@@ -20,19 +20,20 @@ from livecl.geometry.bezier import cross
 
 FloatArray = NDArray[np.float64]
 
-#: Distance, px, from the place that makes a segment straight, and tangent of an angle: more than rounding loses.
+#: Largest distance of a handle from its place on a straight segment, px, and tangent of the largest angle of a smooth
+#: join: more than rounding loses.
 EXACT = 1e-6
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Ties:
-    """What is straight and smooth in a drawing."""
+    """Straight segments and smooth joins of a drawing."""
 
     #: (M,): segments after and before each one on its closed outline.
     following: NDArray[np.intp]
     before: NDArray[np.intp]
     straight: NDArray[np.bool_]  # (M,), segments with handles at a third and two thirds
-    smooth: NDArray[np.bool_]  # (M,), anchors with handles in line, of which one segment at least is no line
+    smooth: NDArray[np.bool_]  # (M,), anchors with collinear handles, of which at least one segment is curved
 
     @classmethod
     def of(cls, drawing: Drawing) -> Ties:

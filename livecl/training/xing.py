@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Xing loss with its gradient.
 
-The other half of the loss, the squared error under the distance weight (eq. 1-2), is computed on the device, where the
-picture is: kernels/distance.cl (weight) and kernels/composite.cl (error and gradient).
+The pixel loss, the squared error under the distance weight (eq. 1-2), is computed on the device: kernels/distance.cl
+(weight) and kernels/composite.cl (error and gradient).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 
-#: Handles shorter than this, px, have no direction: they cost nothing and get no gradient.
+#: Handles shorter than this, px, have no direction: no loss and no gradient.
 MIN_HANDLE = 1e-3
 
 

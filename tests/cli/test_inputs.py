@@ -85,7 +85,7 @@ def test_large_pictures_are_worked_on_small(folder: Path, capsys: pytest.Capture
     arguments = ["large.png", "-o", "out.svg", "--json", "out.json", *SHORT]
     assert cli.main([*arguments, "--size", "30"]) == 0
     first, last = capsys.readouterr().err.splitlines()
-    assert first == "large.png: 90x60 px, worked on at 36x24 px (--size full works on all pixels)"
+    assert first == "large.png: 90x60 px, reduced to 36x24 px (--size full keeps all pixels)"
     assert re.fullmatch(r"out\.svg: \d paths, MSE \S+ at 36x24 px, \S+ s", last)
     assert livecl.read_svg("out.svg").size == (60, 90)
     report = json.loads(Path("out.json").read_text(encoding="utf-8"))
@@ -155,7 +155,7 @@ def test_a_folder_gives_a_folder(folder: Path, capsys: pytest.CaptureFixture[str
     assert capsys.readouterr().err.splitlines() == [
         "livecl: error: in/broken.png: not a picture of a kind that can be read; give a whole PNG, JPEG, GIF, WebP, "
         "TIFF or BMP file",
-        "3 larger than 24 px, worked on at that size (--size full works on all pixels)",
+        "3 larger than 24 px, reduced to that size (--size full keeps all pixels)",
         "out: 3 done, 1 failed",
     ]
     assert sorted(svgs(Path("out"))) == ["picture-0", "picture-1", "picture-2"]

@@ -55,7 +55,7 @@ def test_a_signal_ends_the_run_with_the_best_drawing(number: signal.Signals, cod
     reason = {130: "interrupted", 143: "terminated"}[code]
     assert exit_code == code
     assert said.startswith(f"livecl: error: {reason}; out.svg has the best drawing so far: 1 paths, MSE 0.")
-    assert said.endswith(" s; --resume goes on from out.svg.checkpoint\n") and said.count("\n") == 1
+    assert said.endswith(" s; --resume continues from out.svg.checkpoint\n") and said.count("\n") == 1
     facts = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert facts["stopped"] == reason and facts["paths"] == 1 and facts["stages"][0]["iterations"] > 0
     assert livecl.read_svg("out.svg").num_layers == livecl.read_svg("stages/stage-1.svg").num_layers == 1
@@ -104,7 +104,7 @@ def test_the_time_limit(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert cli.main(command) == 0
     said = capsys.readouterr().err
     assert said.startswith("time limit; out.svg has the best drawing so far: 1 paths, MSE 0.")
-    assert said.endswith("; --resume goes on from out.svg.checkpoint\n")
+    assert said.endswith("; --resume continues from out.svg.checkpoint\n")
     assert json.loads(Path("out.json").read_text(encoding="utf-8"))["stopped"] == "time limit"
     assert livecl.read_svg("out.svg").num_layers == 1
     assert cli.main([*command, "-q", "--no-checkpoint"]) == 0
@@ -149,7 +149,7 @@ def test_the_time_limit_of_a_batch_is_that_of_each_picture(folder: Path, monkeyp
 @pytest.mark.usefixtures("slow_clock")
 def test_resuming(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([*SHORT, "--resume"]) == 0
-    assert "there is no out.svg.checkpoint to go on from: the run begins anew\n" in capsys.readouterr().err
+    assert "there is no out.svg.checkpoint to resume from: the run starts anew\n" in capsys.readouterr().err
     assert cli.main([*SHORT, "--time-limit", "50", "-q"]) == 0
     capsys.readouterr()
     before = CHECKPOINT.read_bytes()
@@ -261,7 +261,7 @@ def test_a_device_that_fails(
     assert re.match(r"livecl: error: .* failed: clEnqueueNDRangeKernel failed: INVALID_COMMAND_QUEUE; out\.svg ", last)
     error = "0." if known else "unknown, "
     assert f"has the best drawing so far: 1 paths, MSE {error}" in last
-    assert last.endswith("; --resume goes on from out.svg.checkpoint")
+    assert last.endswith("; --resume continues from out.svg.checkpoint")
     assert lines[0].startswith("livecl: error: --sheet: out.png: "), "it is rendered"
     facts = json.loads(Path("out.json").read_text(encoding="utf-8"))
     assert "INVALID_COMMAND_QUEUE" in facts["stopped"] and (facts["mse"] is not None) == known

@@ -290,5 +290,5 @@ def test_eight_thousand_squared(tmp_path: Any, capsys: pytest.CaptureFixture[str
     (tmp_path / "large.png").write_bytes(stream.getvalue())
     arguments = ["--paths", "1", "--iterations", "5", "--revisions", "0"]
     assert cli.main([str(tmp_path / "large.png"), "-o", str(tmp_path / "out.svg"), *arguments]) == 0
-    assert "8000x8000 px, worked on at 512x512 px" in capsys.readouterr().err
+    assert "8000x8000 px, reduced to 512x512 px" in capsys.readouterr().err
     assert read_svg(tmp_path / "out.svg").size == (8000, 8000)

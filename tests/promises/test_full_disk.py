@@ -49,7 +49,7 @@ def test_an_svg_that_cannot_be_written_is_saved_elsewhere_and_written_later(
     said = capsys.readouterr().err
     saved = re.search(
         r"^livecl: error: out\.svg: cannot be written \(No space left on device\); the drawing is in (\S+out\.svg); "
-        r"--resume goes on from out\.svg\.checkpoint$",
+        r"--resume continues from out\.svg\.checkpoint$",
         said,
         re.MULTILINE,
     )
