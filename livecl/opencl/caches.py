@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cache folders of compiled kernels: unusable ones are replaced for the lifetime of the process.
 
-PoCL lists no device where it cannot write to its cache, and takes down the process where a library in it has been cut
-short, by a full disk or by a loss of power. Both are looked after here, before PoCL is first used.
+PoCL lists no device if it cannot write to its cache, and crashes the process if a library in it is truncated, as by a
+full disk or a power failure. Both are prevented here, before PoCL is first used.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pathlib import Path
 
 from livecl.errors import DeviceError
 
-#: Environment variables that say where PoCL keeps its cache, and where all programs keep theirs.
+#: Environment variables with the folder of PoCL's cache, and that of all programs' caches.
 POCL_VARIABLE, CACHES_VARIABLE = "POCL_CACHE_DIR", "XDG_CACHE_HOME"
 
 _log = logging.getLogger(__name__)
@@ -39,13 +39,13 @@ def pocl_cache() -> Path:
 
 @functools.cache
 def prepare_pocl_cache() -> None:
-    """See to it that PoCL, which reads its variable once, finds a folder that it can write to and whole files in it.
+    """Ensure that PoCL, which reads its variable once, finds a writable cache without broken files.
 
-    Broken files are deleted, which has PoCL compile them anew. Where that does not help, PoCL gets a temporary folder.
-    The log warns of either.
+    Broken files are deleted, so that PoCL compiles their kernels anew. If that fails, PoCL gets a temporary folder. A
+    warning is logged in both cases.
     """
     if sys.platform != "linux":
-        return  # PoCL there is untested, and its files are of other kinds
+        return  # PoCL is untested there, and its files are of other kinds
     folder = pocl_cache()
     try:
         _require_writable(folder)
@@ -65,9 +65,9 @@ def prepare_pocl_cache() -> None:
 
 @contextlib.contextmanager
 def pyopencl_cache(broken: Exception | None = None) -> Iterator[None]:
-    """Have pyopencl, which opens caches when first used, open them where it can: if need be, in a temporary folder.
+    """Context manager: let pyopencl open its caches, if necessary in a temporary folder.
 
-    `broken` is the reason why the cache where it was last opened cannot be used.
+    `broken` is the error of the cache opened last, if it cannot be used.
     """
     problem = broken or _problem_of_pyopencl_cache()
     if problem is None:
@@ -96,7 +96,7 @@ def _problem_of_pyopencl_cache() -> OSError | None:
 
 
 def _temporary_folder() -> Path:
-    """Return a folder of this process, which is deleted when it ends; a killed process leaves it."""
+    """Return a folder that is deleted at the end of the process (unless it is killed)."""
     return Path(_made_temporary_folder().name)
 
 
@@ -111,7 +111,7 @@ def _made_temporary_folder() -> tempfile.TemporaryDirectory[str]:
 
 
 def _require_writable(folder: Path) -> None:
-    """Raise OSError unless files can be made in a folder, or the folder itself in the nearest one that is there."""
+    """Raise OSError unless files can be created in a folder, or in its nearest existing parent."""
     while not folder.exists():
         folder = folder.parent
     for code, is_so in ((errno.ENOTDIR, not folder.is_dir()), (errno.EACCES, not os.access(folder, os.W_OK | os.X_OK))):
@@ -120,7 +120,7 @@ def _require_writable(folder: Path) -> None:
 
 
 def _broken_files(cache: Path) -> list[Path]:
-    """Return the files of PoCL's cache that are not whole; raise OSError if one cannot be read, or its folder written.
+    """Return the truncated files of PoCL's cache; raise OSError if one cannot be read, or its folder not be written to.
 
     An entry is a folder ``AB/CDEF…`` of a program: ``program.bc``, in LLVM's bitcode, and libraries
     ``kernel/work-group size/kernel.so``. Files being written lie beside the entries until they are complete.
@@ -143,9 +143,9 @@ def _raise(error: OSError) -> None:
 
 
 def is_whole_bitcode(path: Path) -> bool:
-    """Return whether a file is LLVM's magic number and top-level blocks, the last of which ends where the file does.
+    """Return whether a file is LLVM bitcode: the magic number and top-level blocks, the last of which ends the file.
 
-    A block: a word that tells its kind (its lowest two bits are 1), its length in words of four bytes, its content.
+    A block is a word with its kind (its lowest two bits are 1), its length in words of four bytes, and its content.
     """
     with path.open("rb") as file:
         size = os.fstat(file.fileno()).st_size
@@ -165,13 +165,13 @@ def is_whole_bitcode(path: Path) -> bool:
 
 
 def is_whole_library(path: Path) -> bool:
-    """Return whether a file is an ELF library whose table of sections, which linkers put last, lies inside it."""
+    """Return whether a file is an ELF library that contains its table of sections, which linkers write last."""
     with path.open("rb") as file:
         size = os.fstat(file.fileno()).st_size
         header = file.read(64)
     if len(header) < 64 or header[:4] != b"\x7fELF":
         return False
-    if header[4:6] != b"\x02\x01":  # for another kind of processor than 64 bits, lowest byte first
+    if header[4:6] != b"\x02\x01":  # not 64 bits, little-endian
         return True
     (start,) = struct.unpack_from("<Q", header, 0x28)
     entry_size, count = struct.unpack_from("<2H", header, 0x3A)

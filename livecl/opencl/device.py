@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from livecl.errors import DeviceError, DeviceMemoryError
 from livecl.opencl.caches import prepare_pocl_cache
 
-#: Environment variable that names the device to use where the caller names none.
+#: Environment variable with the default device.
 DEVICE_VARIABLE = "LIVECL_DEVICE"
-#: Name of PoCL's platform, whoever built it, and the package of pip that has one.
+#: Name of PoCL's platform, and the pip package that contains PoCL.
 POCL, POCL_PACKAGE = "Portable Computing Language", "pocl-binary-distribution"
-#: Errors of OpenCL that say that something did not fit.
+#: OpenCL errors of insufficient memory.
 _OUT_OF_MEMORY = {
     cl.status_code.MEM_OBJECT_ALLOCATION_FAILURE,
     cl.status_code.OUT_OF_HOST_MEMORY,
@@ -33,7 +33,7 @@ _OUT_OF_MEMORY = {
 
 @dataclasses.dataclass(frozen=True)
 class DeviceInfo:
-    """Description of an OpenCL device; `index`, or a part of `name` or `platform`, chooses it."""
+    """Description of an OpenCL device; it is selected by `index`, or by a part of `name` or `platform`."""
 
     index: int
     name: str
@@ -47,16 +47,16 @@ class DeviceInfo:
 
 @dataclasses.dataclass(eq=False)
 class OpenDevice:
-    """A device with the context and the in-order queue that this process uses it by."""
+    """A device with this process's context and in-order queue."""
 
     info: DeviceInfo
     device: Any
     context: Any
     queue: Any
-    process: int  # the process that opened it; no other may use it
-    max_bytes: int  # size of the largest buffer that it allows
+    process: int  # id of the process that opened it; no other may use it
+    max_bytes: int  # largest size of a buffer
     memory_bytes: int  # size of its memory
-    failure: str | None = None  # why it is not to be used any more
+    failure: str | None = None  # error after which it must not be used
 
     @functools.cached_property
     def is_cpu(self) -> bool:
@@ -64,14 +64,14 @@ class OpenDevice:
         return bool(self.device.type & cl.device_type.CPU)
 
     def require_usable(self) -> None:
-        """Raise DeviceError where a call of OpenCL would hang, or has no chance."""
+        """Raise DeviceError if calls of OpenCL would hang or fail."""
         if self.process != os.getpid():
             raise DeviceError(_FORKED)
         if self.failure is not None:
             raise DeviceError(f"{self.failure}; it was given up: make a new Rasterizer")
 
     def require_room(self, sizes: Mapping[str, int]) -> None:
-        """Raise DeviceMemoryError where buffers of these bytes, by name, cannot all be there at a time."""
+        """Raise DeviceMemoryError if buffers of these sizes, bytes by name, do not fit into memory together."""
         for name, size in sizes.items():
             if size > self.max_bytes:
                 raise DeviceMemoryError(self._no_room(name, size, f"at most {_amount(self.max_bytes)} in one piece"))
@@ -87,7 +87,7 @@ class OpenDevice:
         flags: int = cl.mem_flags.READ_WRITE
         if content is not None:
             flags |= cl.mem_flags.COPY_HOST_PTR
-        elif self.is_cpu:  # PoCL finds the memory now; else with the first launch, which crashes where there is none
+        elif self.is_cpu:  # PoCL allocates now; otherwise at the first launch, which crashes without memory
             flags |= cl.mem_flags.ALLOC_HOST_PTR
         try:
             return cl.Buffer(self.context, flags, size, hostbuf=content)
@@ -100,7 +100,7 @@ class OpenDevice:
         return f"{self.info.name} has no room for {_amount(size)} ({name}; {why}); {_LESS}"
 
     def error(self, error: cl.Error) -> DeviceError:
-        """Translate an OpenCL error into one line; unless memory ran out, the device is given up."""
+        """Translate an OpenCL error into one line; unless memory ran out, the device is marked as failed."""
         what = " ".join(str(error).split())
         if error.code in _OUT_OF_MEMORY:
             return DeviceMemoryError(f"{self.info.name} is out of memory ({what}); {_LESS}")
@@ -121,7 +121,7 @@ def _amount(num_bytes: int) -> str:
 
 
 def _devices() -> list[Any]:
-    """All devices of all platforms; PoCL's first, as it is the default that pip installs, and pip's before others."""
+    """Return all devices of all platforms; PoCL's first, as pip installs it, and pip's before others."""
     try:
         platforms = cl.get_platforms()
     except cl.Error:  # the loader reports "no platform" as an error
@@ -138,7 +138,7 @@ def _devices() -> list[Any]:
 
 
 def _in_order(platforms: list[Any]) -> list[Any]:
-    """Put PoCL's platforms first, and among several the one that is of the version that pip installed."""
+    """Sort platforms: PoCL's first, and among several the one of the version installed by pip."""
     ours = ""
     if sum(platform.name == POCL for platform in platforms) > 1:
         try:
@@ -161,7 +161,7 @@ def list_devices() -> list[DeviceInfo]:
 
 
 def choose_device(spec: int | str | None = None) -> int:
-    """Return the index of the device that `spec` names.
+    """Return the index of the device selected by `spec`.
 
     Parameters
     ----------
@@ -196,10 +196,10 @@ def choose_device(spec: int | str | None = None) -> int:
 
 
 def open_device(spec: int | str | None = None) -> OpenDevice:
-    """Return the context and queue of a device, shared by all that use it in this process.
+    """Return the context and queue of a device, which the process shares.
 
-    Raises DeviceError if the device cannot be chosen or opened, or was opened before this process was forked off:
-    OpenCL calls would never return then.
+    Raises DeviceError if the device cannot be chosen or opened, or was opened before this process was forked: OpenCL
+    calls would never return.
     """
     if any(opened.process != os.getpid() for opened in _opened.values()):
         raise DeviceError(_FORKED)

@@ -29,9 +29,9 @@ Value = TypeVar("Value")
 
 
 def on_device(method: Callable[Concatenate[User, Arguments], Value]) -> Callable[Concatenate[User, Arguments], Value]:
-    """Have a method raise DeviceError where OpenCL fails, or where it would hang: one check for all its launches.
+    """Decorator: raise DeviceError if OpenCL fails, or would hang; one check for all launches of a method.
 
-    However the method ends early, the contents of the device are dropped, so that the next call starts afresh.
+    If the method raises any exception, the buffers on the device are dropped, so that the next call starts afresh.
     """
 
     @functools.wraps(method)

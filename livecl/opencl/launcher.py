@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values by name and kernel launches on one device, with as little host work for each launch as OpenCL allows."""
+"""Kernel launches on one device, with arguments by name and little host work for each launch."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from livecl.opencl.device import OpenDevice
 from livecl.opencl.program import build_program, kernel_parameters, make_kernel
 
-#: Work-items in a work-group. A CPU runs them one after the other, and needs private arrays for each of them: one, but
-#: for kernels of many small work-items without such arrays.
+#: Work-items in a work-group. A CPU runs them one after the other and needs private arrays for each: so one, except for
+#: kernels of many small work-items without such arrays.
 LOCAL_SIZE_CPU, LOCAL_SIZE_GPU = 1, 32
 LOCAL_SIZES_CPU = {"coverage_backward": 16}
 
 
 @dataclasses.dataclass(frozen=True)
 class _BoundKernel:
-    """A kernel object, the work-items of its groups, the names of the values that it takes, and those that it holds."""
+    """A kernel object: work-items of its groups, names of its arguments, and the values set last."""
 
     kernel: Any
     local_size: int
@@ -34,7 +34,7 @@ class Launcher:
     """Buffers, structs and scalars under the names of the kernels' parameters, and the kernels of one build.
 
     A name may belong to a scope, ``scope_name``: a kernel launched with that scope takes it before the plain one.
-    Arguments that are the same as in the launch before are not set again: that is most of a launch's cost.
+    Arguments that have not changed since the last launch are not set again: that is most of a launch's cost.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Launcher:
     channels : int
         Channels of the image, 3 or 4.
     fills : bool
-        Whether kernels know gradient fills; those that do not are faster.
+        Whether kernels support gradient fills; others are faster.
     """
 
     def __init__(self, opened: OpenDevice, dtype: np.dtype[Any], channels: int, fills: bool = False) -> None:
@@ -56,21 +56,21 @@ class Launcher:
         self._values: dict[str, Any] = {}
         self._given: dict[str, Any] = {}
         self._written: dict[str, NDArray[Any]] = {}
-        #: Where a list is put here, each launch appends the kernel's name and its event, for profiling.
+        #: If a list, each launch appends the kernel's name and its event, for profiling.
         self.trace: list[tuple[str, Any]] | None = None
 
     def reserve(self, sizes: Mapping[str, int]) -> None:
-        """Make room in buffers: each is made anew (half as large again) if it is smaller than asked for.
+        """Allocate buffers: a buffer that is too small is replaced by one half as large again as requested.
 
         Parameters
         ----------
         sizes : mapping from str to int
-            Bytes of each buffer, by name; of all that are needed together.
+            Bytes of each buffer, by name, of all that are needed together.
 
         Raises
         ------
         DeviceMemoryError
-            If the device has no room for one of them, or for all; then none has been made.
+            If the device has no room for one of them, or for all; none is allocated then.
         """
         self._opened.require_room(sizes)
         for name, num_bytes in sizes.items():
@@ -84,11 +84,11 @@ class Launcher:
         return buffer
 
     def buffer(self, name: str) -> Any:
-        """Return the buffer of that name."""
+        """Return a buffer by name."""
         return self._values[name]
 
     def set(self, **values: Any) -> None:
-        """Set scalars (int, or float for `real`), structs as arrays of their numbers, and buffers made elsewhere."""
+        """Set scalars (int, or float for `real`), structs (as arrays), and buffers allocated elsewhere."""
         for name, value in values.items():
             last = self._given.get(name)
             if last is value or (isinstance(value, (int, float)) and last == value and type(last) is type(value)):
@@ -101,25 +101,24 @@ class Launcher:
             self._values[name] = value
 
     def write(self, name: str, values: NDArray[Any]) -> None:
-        """Put an array into the buffer of that name, without waiting.
+        """Copy an array into a buffer, without waiting.
 
-        Where the processor is the device, in a new buffer: to make one takes 2 us, while a copy is a command like any
-        other and takes 10 to 40.
+        If the device is the processor, into a new buffer: allocating one takes 2 us, a copy command 10 to 40.
         """
         if not values.nbytes:
             self._reserve(name, 0)
         elif self._opened.is_cpu:
             self._values[name] = self._opened.buffer(name, values.nbytes, np.ascontiguousarray(values))
         else:
-            self._written[name] = values = np.ascontiguousarray(values)  # must live until the copy is done
+            self._written[name] = values = np.ascontiguousarray(values)  # kept alive until the copy is done
             cl.enqueue_copy(self._opened.queue, self._reserve(name, values.nbytes), values, is_blocking=False)
 
     def write_reals(self, name: str, *parts: NDArray[Any]) -> None:
-        """Copy the numbers of flat arrays, one after the other, into the buffer of that name, without waiting."""
+        """Copy flat arrays, concatenated, into a buffer, without waiting."""
         self.write(name, np.concatenate(parts).astype(self.dtype))
 
     def read(self, name: str, shape: int | tuple[int, ...]) -> NDArray[Any]:
-        """Wait for all launches, and return the first numbers of a buffer as an array of that shape."""
+        """Wait for all launches, and return the first numbers of a buffer as an array of a shape."""
         values = np.empty(shape, self.dtype)
         cl.enqueue_copy(self._opened.queue, values, self._values[name])
         return values
@@ -141,7 +140,7 @@ class Launcher:
             self.trace.append((name, event))
 
     def _bind(self, name: str, scope: str) -> _BoundKernel:
-        """Make the kernel object for launches with a scope: objects hold their arguments, so each scope has its own."""
+        """Create the kernel object for a scope: objects hold their arguments, so each scope has its own."""
         scoped = [(parameter, f"{scope}_{parameter}") for parameter in kernel_parameters()[name]]
         keys = [key if key in self._values else parameter for parameter, key in scoped]
         local_size = LOCAL_SIZES_CPU.get(name, LOCAL_SIZE_CPU) if self._opened.is_cpu else LOCAL_SIZE_GPU

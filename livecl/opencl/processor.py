@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processors newer than PoCL's compiler: substitute the name of one that it knows.
+"""Processors newer than PoCL's compiler: substitute the name of a processor that it knows.
 
 PoCL asks LLVM for the name of the host's processor. An LLVM that is older than the processor answers "generic", which
-its own compiler then refuses ("unknown target CPU 'generic'"): LLVM 14, which PoCL from pip carries, knows no Zen 5.
-PoCL has no option for the name, so it is replaced where PoCL keeps it, in its record of the device: the one field of
-that record that points to the string "generic". Memory is read through /proc/self/mem, which refuses addresses not
-there, and nothing is written unless exactly one field fits.
+its own compiler then refuses ("unknown target CPU 'generic'"): LLVM 14, which is part of PoCL from pip, does not know
+Zen 5. PoCL has no option for the name, so it is replaced in PoCL's record of the device: in the one field that points
+to the string "generic". Memory is read through /proc/self/mem, which refuses invalid addresses, and nothing is written
+unless exactly one field fits.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LEVELS = (
     ("x86-64-v2", ("ssse3", "sse4_1", "sse4_2", "popcnt", "cx16")),
     ("x86-64-v3", ("avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe")),
 )
-#: Bytes of PoCL's record of a device that are searched: PoCL 3.0 has the name at byte 640, other memory follows soon.
+#: Bytes of PoCL's record of a device that are searched: in PoCL 3.0 the name is at byte 640, near the record's end.
 RECORD_BYTES = 1024
 
 _log = logging.getLogger(__name__)
@@ -49,7 +49,7 @@ def level_of(flags: frozenset[str]) -> str:
 
 
 def name_processor(device: Any) -> bool:
-    """Replace the processor's unknown name in PoCL's record of a pyopencl.Device by one that LLVM knows.
+    """Replace the processor's unknown name in PoCL's record of a pyopencl.Device by one known to LLVM.
 
     Return whether it was found and replaced: False on other systems than Linux on x86-64.
     """

@@ -22,7 +22,7 @@ from livecl.opencl.processor import is_unknown_processor, name_processor
 
 #: Sources of the program, in the order of the pipeline.
 SOURCES = ("flatten.cl", "coverage.cl", "composite.cl", "reduce.cl", "distance.cl", "joint.cl")
-#: Rows of a strip: the lanes of a vector of 32 bytes, the widest that PoCL from pip gets right.
+#: Rows of a strip: the lanes of a vector of 32 bytes, the widest that PoCL from pip compiles correctly.
 LANES = {"float32": 8, "float64": 4}
 _INCLUDE = re.compile(r'^[ \t]*#include[ \t]+"([^"]+)"[ \t]*$', re.MULTILINE)
 _built: dict[tuple[Any, ...], Any] = {}
@@ -41,7 +41,7 @@ def kernel_dir() -> pathlib.Path:
 
 
 def _expand(name: str, seen: set[str]) -> str:
-    """Return a source with its includes put in place, each once, marked so that compilers name file and line."""
+    """Return a source with its includes expanded, each once, and #line directives for compiler messages."""
     seen.add(name)
     text = (kernel_dir() / name).read_text(encoding="utf-8")
 
@@ -61,7 +61,7 @@ def program_source() -> str:
 
 @functools.cache
 def kernel_parameters() -> dict[str, tuple[str, ...]]:
-    """Return the names of each kernel's parameters, in order, as the sources spell them."""
+    """Return the names of each kernel's parameters, in order, parsed from the sources."""
     found = {}
     for name, parameters in re.findall(r"\b(?:__)?kernel\s+void\s+(\w+)\s*\(([^)]*)\)", program_source()):
         found[name] = tuple(re.findall(r"(\w+)\s*(?:,|$)", parameters.strip()))
@@ -88,8 +88,8 @@ def build_options(dtype: np.dtype[Any], channels: int, fills: bool = False) -> l
 def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int, fills: bool = False) -> Any:
     """Build the program, once for each device, number type and number of channels, with gradient fills or without.
 
-    Raises KernelBuildError if the compiler refuses; the message carries options, device and the first error, its `log`
-    all of them.
+    Raises KernelBuildError if compilation fails; the message has options, device and the first error, its `log` all of
+    them.
     """
     key = (opened, dtype.name, channels, fills)
     with _building:
@@ -110,7 +110,7 @@ def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int, fills
 
 
 def compile_source(opened: OpenDevice, source: str, options: Sequence[str] = ()) -> Any:
-    """Compile a source; once more with a known processor's name where PoCL's compiler does not know this one."""
+    """Compile a source; if PoCL's compiler does not know the processor, again with the name of a known one."""
     with pyopencl_cache():
         try:
             return cl.Program(opened.context, source).build(list(options))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Beginning`: paths, options, seed and start drawing of one run, and the progress that it begins with on a picture."""
+"""`Beginning`: paths, options, seed and start drawing of a run, and its initial progress on a picture."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from livecl.options import Options
 from livecl.run.progress import Progress
 from livecl.schedule import MAX_AUTO_PATHS, MAX_DEFAULT_PATHS, growing_schedule, parse_schedule
 
-#: Colours of a flat picture are read off it: they are hardly trained.
+#: Learning rate of colours for flat pictures: they are measured in the picture, and need little training.
 STRUCTURE_COLOR_RATE = 2e-4
-#: Largest learning rate of points, px, where outlines are known to a tenth of a pixel: larger steps would lose them.
+#: Largest learning rate of points, px, of outlines known to a tenth of a pixel: larger steps would lose them.
 STRUCTURE_POINT_RATE = 0.3
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Beginning:
-    """Beginning of a run, whatever the picture.
+    """Beginning of a run on any picture.
 
     Raises ValueError if the seed is not usable.
     """
@@ -39,7 +39,7 @@ class Beginning:
     seed: int = 0
     start: Drawing | None = None
     lock: Sequence[int] = ()
-    hidden: NDArray[np.bool_] | None = None  # (M, 3), control points of `start` that no pixel decides on: they stay
+    hidden: NDArray[np.bool_] | None = None  # (M, 3), control points of `start` that no pixel depends on: not moved
 
     def __post_init__(self) -> None:
         if self.paths == "auto":
@@ -70,7 +70,7 @@ class Beginning:
         return progress
 
     def _stages(self, options: Options) -> tuple[int, ...]:
-        """Return the paths of each stage: by the picture where none are named and each is judged by its gain."""
+        """Return the paths of each stage; without a number or list, they depend on the picture."""
         if self.paths is None and self.schedule is None and options.path_gain:
             return growing_schedule(MAX_AUTO_PATHS if options.placement == "structure" else MAX_DEFAULT_PATHS)
         return parse_schedule(self.schedule, self.paths)
@@ -82,11 +82,10 @@ def placed_by(
     drawing: Drawing,
     count: int,
 ) -> Options:
-    """Return the options with the placement that suits a picture and a number of paths: structure or regions.
+    """Return the options with the placement that suits a picture: structure or regions.
 
-    Structure where the picture is flat, or of shaded regions, whatever the number of paths.
-
-    Structure stays as it is found: there are no revisions, which trade it for error, and no merging.
+    Flat pictures and those of smoothly shaded regions are placed by structure. That is kept as found: no revisions,
+    which would trade structure for error, and no merging.
     """
     if options.placement != "structure":
         return options
@@ -101,7 +100,7 @@ def placed_by(
         kind = structure_kind(target, ground, count, shading_of(options), asked, least)
         if kind is not None:
             opacity: Literal["opaque", "train"] = "train" if options.opacity == "train" else "opaque"
-            if kind == "cells":  # nothing is left to train, nor to simplify
+            if kind == "cells":  # nothing to train or to simplify
                 options = dataclasses.replace(options, iterations=1, simplify=False, primitives=False)
             return dataclasses.replace(
                 options,

@@ -22,13 +22,13 @@ class Step:
     Attributes
     ----------
     kind : "refine", "stroke", "grow", "thin", "revise" or "recolor"
-        Kind of the stage: it trains the start drawing, draws strokes, adds paths, replaces the least useful ones, or
-        trains outlines in the few colours that are left.
+        Kind of the stage: it trains the start drawing, draws strokes, adds paths, turns thin layers into strokes,
+        replaces the least useful layers, or trains outlines in the reduced set of colours.
     stage, num_stages : int
-        Stage under way, from 0 on, and how many are planned: those of the schedule, then revisions, then recoloring.
-        Some may be left out.
+        Current stage, from 0, and the number planned: those of the schedule, then revisions, then recoloring. Some may
+        be skipped.
     iteration, iterations : int
-        Steps of the stage done, and how many there are as far as is known: a stage may end early.
+        Steps of the stage done, and its planned number: a stage may end early.
     paths : int
         Layers of the drawing.
     loss : float
@@ -46,7 +46,7 @@ class Step:
 
     @property
     def name(self) -> str:
-        """Name of the stage under way: "stage 2/4", "thin layers", "revision 1" or "recoloring"."""
+        """Name of the current stage: "stage 2/4", "thin layers", "revision 1" or "recoloring"."""
         if self.kind in ("thin", "recolor"):
             return "thin layers" if self.kind == "thin" else "recoloring"
         phase = self._run.plan[self.stage]
@@ -56,17 +56,17 @@ class Step:
 
     @property
     def drawing(self) -> Drawing:
-        """The drawing after the step; once the stage has ended, the one that the run goes on with."""
+        """The drawing after the step; at the end of a stage, the one with which the run continues."""
         return self._run.state.drawing
 
     @property
     def image(self) -> NDArray[np.float32]:
-        """Picture of the drawing, as :meth:`livecl.Rasterizer.forward` returns it; renders it."""
+        """Image of the drawing, as of :meth:`livecl.Rasterizer.forward`; costs a render."""
         return self._run.rasterizer.forward(self.drawing)
 
     @property
     def mse(self) -> float:
-        """Mean squared error of the drawing over pixels and channels; renders it."""
+        """Mean squared error of the drawing over pixels and channels; costs a render."""
         return self._run.mse(self.drawing)
 
 
@@ -84,7 +84,7 @@ def step_of(run: Run, loss: float) -> Step:
 def tell_stage_end(on_step: OnStep | None, step: Step, kept: bool) -> None:
     """Call the callback's `on_stage(step, kept)`, if it has such a method.
 
-    `step` is the last one of the stage; `kept` whether the run keeps its drawing, or returns to the one before it.
+    `step` is the last one of the stage; `kept` is False if the run returns to the drawing before it.
     """
     on_stage: Any = getattr(on_step, "on_stage", None)
     if on_stage is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checkpoints: save and resume a run; the resumed run ends with the very result of an uninterrupted one."""
+"""Checkpoints: save and resume a run; the resumed run gives the same result as an uninterrupted one."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from livecl.version import __version__
 if TYPE_CHECKING:
     from livecl.opencl.device import DeviceInfo
 
-#: Magic words of a checkpoint, and the number of its layout.
+#: Magic words of a checkpoint, and the version of its format.
 KIND, FORMAT = "livecl checkpoint", 1
-#: Least seconds between two writings, and how many times the seconds that the last one took.
+#: Least time between two writings: seconds, and as a multiple of the time that the last one took.
 PERIOD, MIN_RATIO = 5.0, 100
 
 _log = logging.getLogger(__name__)
 
 
 def identity_of(progress: Progress, target: NDArray[Any], seed: int, device: DeviceInfo) -> dict[str, Any]:
-    """Return all that the numbers of a run depend on, from its beginning, as JSON can hold it."""
+    """Return all inputs that determine the numbers of a run, as JSON can hold them."""
     start, state = progress.start_drawing, progress.state
     return {
         "version": __version__,
@@ -52,7 +52,7 @@ def identity_of(progress: Progress, target: NDArray[Any], seed: int, device: Dev
 def load_checkpoint(path: str | os.PathLike[str], identity: dict[str, Any]) -> tuple[Progress, Record]:
     """Read a checkpoint of :class:`Checkpoints`, of a run of the same identity.
 
-    Raises CheckpointError if the file is no checkpoint, or one of another run; the message names the difference.
+    Raises CheckpointError if the file is no checkpoint, or belongs to another run; the message names the difference.
     """
     name = os.fspath(path)
     try:
@@ -74,7 +74,7 @@ def load_checkpoint(path: str | os.PathLike[str], identity: dict[str, Any]) -> t
 
 
 def is_checkpoint(path: str | os.PathLike[str]) -> bool:
-    """Return whether a file is a checkpoint, of whatever run and version: one that may be overwritten."""
+    """Return whether a file is a checkpoint of any run and version, which may be overwritten."""
     try:
         facts, _ = read_archive(path)
     except UNREADABLE:
@@ -83,16 +83,16 @@ def is_checkpoint(path: str | os.PathLike[str]) -> bool:
 
 
 class Checkpoints:
-    """Writes the checkpoint of one run periodically; a failed write is warned of once, and the run goes on.
+    """Writes the checkpoint of a run periodically; the first failure to write logs a warning, and the run goes on.
 
-    Without a path it writes nothing; see :func:`identity_of` and :class:`livecl.run.control.Control`.
+    Without a path it writes nothing. See :func:`identity_of` and :class:`livecl.run.control.Control`.
     """
 
     def __init__(self, path: str | os.PathLike[str] | None, identity: dict[str, Any], period: float | None) -> None:
         self._path, self._identity, self._period = path, identity, period
         self._next = time.monotonic() + (PERIOD if period is None else period)
         self._warned = False
-        #: Whether the file is there, and of this run.
+        #: Whether the file exists and is of this run.
         self.written = False
 
     @property
@@ -101,7 +101,7 @@ class Checkpoints:
         return self._path is not None and time.monotonic() >= self._next
 
     def write(self, progress: Progress, record: Record) -> None:
-        """Replace the file by one of this progress."""
+        """Replace the file by the state of this progress."""
         if self._path is None:
             return
         begin = time.monotonic()
@@ -144,7 +144,7 @@ def _prefix(number: int) -> str:
 def _differences(known: dict[str, Any], identity: dict[str, Any]) -> str:
     """Describe the difference of two identities."""
     names = [name for name in identity if known.get(name) != identity[name]]
-    if "pixels" in names:  # so is the picture, then
+    if "pixels" in names:  # then the picture differs as well
         names.remove("picture")
     return "; ".join(_difference(name, known.get(name), identity[name]) for name in names) or "it has other options"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Control`: time limit of a run, a stop from outside, and the checkpoint file."""
+"""`Control`: time limit of a run, external stop, checkpoint file."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from collections.abc import Callable
 
 from livecl.drawing.checks import python_number
 
-#: Why a run stopped: the time that it was given is over, or the caller's `on_step` asked for it.
+#: Reasons to stop: the time limit is reached, or the caller's `on_step` returned true.
 TIME_LIMIT, CALLBACK = "time limit", "callback"
 
 
 class Stopped(Exception):
-    """Raised within a run that is to end, by :meth:`Watch.check`, and caught there.
+    """Signals that the run should stop; raised by :meth:`Watch.check` and caught by the run.
 
     Attributes
     ----------
     reason : str
-        Why.
+        The reason, in a few words.
     """
 
     def __init__(self, reason: str) -> None:
@@ -31,24 +31,23 @@ class Stopped(Exception):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Control:
-    """Time limit, stop and checkpoint of a run; they change no number of its results, only how far it comes.
+    """Time limit, stop and checkpoint of a run; they decide how far it gets, and change no numbers.
 
     Parameters
     ----------
     time_limit : float, optional
         Seconds after which the run ends with the best drawing so far.
     stop : callable, optional
-        Asked several times a second; the run ends likewise when it returns a reason, as a few words.
+        Called several times a second; if it returns a reason, as a few words, the run ends in the same way.
     checkpoint : path, optional
-        File from which the run can go on after it was stopped or killed. It is written now and then, and when the run
-        stops; one that has been written stays when the run is done, so that the result is safe until it is saved:
-        delete it then. Only one run may use it at a time.
+        File from which the run can be resumed after it was stopped or killed. It is written periodically, and when the
+        run stops. It is not deleted at the end of the run, so that the result is safe until it is saved: delete it
+        then. Only one run may use it at a time.
     period : float, optional
-        Least seconds between two writings; where not given 5, and more where they would take more than a hundredth of
-        the time.
+        Least time between two writings, seconds (default: 5, or a hundred times the time of writing if longer).
     resume : bool
-        Go on from the checkpoint, if it is there; a run so resumed ends with the numbers of one that was never
-        stopped. A checkpoint of anything but the same picture, options, version and device is refused.
+        Resume from the checkpoint, if it exists; the results are those of a run that was never stopped. A checkpoint of
+        another picture, other options, another version or device is refused.
 
     Raises
     ------
@@ -73,14 +72,14 @@ class Control:
 
 
 class Watch:
-    """Tells a run, as often as it asks, whether it is to stop; its clock starts when it is made."""
+    """Stops a run by raising :class:`Stopped`; the time limit counts from its construction."""
 
     def __init__(self, control: Control) -> None:
         self._stop = control.stop
         self._end = math.inf if control.time_limit is None else time.monotonic() + control.time_limit
 
     def check(self) -> None:
-        """Raise :class:`Stopped` if the run is to stop."""
+        """Raise :class:`Stopped` if the run should stop."""
         if self._stop is not None and (reason := self._stop()):
             raise Stopped(reason)
         if time.monotonic() >= self._end:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Finisher`: put a run's drawings on the picture's own canvas, group and cut their layers."""
+"""`Finisher`: scale a run's drawings to the picture's own canvas, group and cut their layers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from livecl.run.result import Result, Stage
 from livecl.svg.outline_data import MAX_PRECISION
 from livecl.svg.writer import primitives, quantize
 
-#: Decimals that a run itself rounds coordinates to, so that its errors are those of that rounding.
+#: Decimals to which a run rounds coordinates, and at which it measures errors.
 VECTORIZED_PRECISION = 3
 
 
@@ -32,18 +32,18 @@ VECTORIZED_PRECISION = 3
 class Finisher:
     """Finishes the drawings of one picture."""
 
-    target: NDArray[np.float32]  # (h, w, 3) or (h, w, 4), the pixels that are worked on, straight
+    target: NDArray[np.float32]  # (h, w, 3) or (h, w, 4), the image at the working size, straight
     size: tuple[int, int]  # height and width of the picture, px
-    start: Drawing | None  # Drawing to start from, on the picture's canvas
-    lock: Sequence[int]  # layers of `start` that stay as they are
+    start: Drawing | None  # drawing to start from, on the picture's canvas
+    lock: Sequence[int]  # layers of `start` that are not changed
     precision: int  # decimals kept of coordinates, px of the picture
     device: int | str | None  # OpenCL device
 
     def finished(self, result: Result, *, groups: bool, trap: float | None) -> Result:
-        """Return a result on the picture's canvas, its errors measured again where its drawings differ from the run's.
+        """Return a result on the picture's canvas, with errors measured again for drawings that differ from the run's.
 
         With `groups`, the last drawing is grouped by containment. With a `trap`, px of the picture, its layers are cut
-        so as not to overlap by more; None leaves them whole.
+        to overlap by that much; None leaves them whole.
         """
         *earlier, last = [self._enlarged(stage) for stage in result.stages]
         drawing = last.drawing
@@ -74,7 +74,7 @@ class Finisher:
         return dataclasses.replace(stage, drawing=quantize(drawing, self.precision))
 
     def _measured(self, stage: Stage, over_white: bool) -> Stage:
-        """Return a stage with the error of its drawing on the pixels worked on."""
+        """Return a stage with the error of its drawing at the working size."""
         drawing, size = stage.drawing, (self.target.shape[0], self.target.shape[1])
         ground = WHITE if over_white else drawing.background
         error = mse(render(scaled(drawing, size), self.device), target_over(self.target, ground))
@@ -82,16 +82,16 @@ class Finisher:
 
 
 def enlarged_drawing(drawing: Drawing, size: tuple[int, int], start: Drawing | None, lock: Sequence[int]) -> Drawing:
-    """Return a drawing on the picture's canvas, the locked layers of `start` with the very points that they have there.
+    """Return a drawing on the picture's canvas, with the locked layers' points taken from `start`.
 
-    Scaled down, rounded and scaled up again, these would differ from them.
+    Points scaled down, rounded and scaled up again would differ from these.
     """
     enlarged = scaled(drawing, size)
     if enlarged is drawing:
         return enlarged
     points = enlarged.points.copy()
     factors = np.array(size[::-1]) / drawing.size[::-1]
-    for layer, shape in primitives(drawing, MAX_PRECISION).items():  # the two factors differ a little
+    for layer, shape in primitives(drawing, MAX_PRECISION).items():  # as the factors of x and y differ slightly
         larger = shape.scaled(factors)
         own = slice(*drawing.segment_offsets[layer : layer + 2])
         if larger is not None and larger.points.shape == points[own].shape:

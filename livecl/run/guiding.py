@@ -25,9 +25,9 @@ from livecl.run.beginning import STRUCTURE_COLOR_RATE, STRUCTURE_POINT_RATE, Beg
 from livecl.run.control import Control
 from livecl.run.vectorization import vectorize_pixels
 
-#: Difference of a channel, and pixels with it within a mask, from which on there is something to draw there.
+#: Paths are added within a mask if at least this many of its pixels differ by at least this much in a channel.
 DIFFERENT, LEAST_PIXELS = 12 / 255, 12
-#: Width of the plain border around the part of a picture that is drawn by itself, px.
+#: Width of the plain border around the part of a picture that is vectorized separately, px.
 BORDER = 3
 
 FloatArray = NDArray[np.float64]
@@ -43,9 +43,9 @@ class Guided:
     beginning: Beginning  # of the run; its `paths` are those of each mask, at most, the mask's own shape among them
 
     def start(self, device: int | str | None, control: Control) -> tuple[Beginning, Control]:
-        """Return the beginning of a run that refines the layers of all masks, and the layers within them.
+        """Return the beginning of a run that refines the layers of all masks and those within them; and its control.
 
-        `control` limits the runs within masks, whose checkpoint it is not; what it leaves of the time is returned.
+        `control` limits the runs within masks as well, which have no checkpoint; the one returned has the time left.
         """
         end = None if control.time_limit is None else time.monotonic() + control.time_limit
         options = self.beginning.options
@@ -82,7 +82,7 @@ class Guided:
         share: NDArray[np.float32],
         surroundings: tuple[int | str | None, Control, float | None],
     ) -> Drawing | None:
-        """Return the drawing within the visible part (H, W) of a layer, or of the ground; None for no layers."""
+        """Return the drawing within the visible part (H, W) of a layer or of the background; None without layers."""
         device, control, end = surroundings
         if end is not None and time.monotonic() >= end:
             return None
@@ -110,7 +110,7 @@ class Guided:
         return moved.replace(groups=[() if layer is None else drawing.groups[layer]] * moved.num_layers)
 
     def _inner(self, base: FloatArray | None, part: NDArray[np.float32]) -> Beginning:
-        """Return the beginning of a run within a mask: what a path is worth is counted in the whole picture."""
+        """Return the beginning of a run within a mask, with gains scaled to the whole picture."""
         options, paths = self.beginning.options, self.beginning.paths
         more = paths - 1 if isinstance(paths, int) and paths > 1 else paths
         if not isinstance(more, int):
@@ -128,12 +128,12 @@ class Guided:
 
 
 def _left(end: float | None) -> float | None:
-    """Return the seconds until an end."""
+    """Return the seconds left until a point in time."""
     return None if end is None else max(0.0, end - time.monotonic())
 
 
 def _hidden(drawing: Drawing, rasterizer: Rasterizer) -> NDArray[np.bool_]:
-    """Return the control points (M, 3) of a drawing that no pixel decides on."""
+    """Return the control points (M, 3) of a drawing that no pixel depends on."""
     top = np.zeros(drawing.size, np.int64)
     for layer, coverage in enumerate(rasterizer.coverages(drawing), start=1):
         top[coverage >= INSIDE] = layer

@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 
 def with_hints(function: Callable[P, T]) -> Callable[P, T]:
-    """Decorator: for an unknown keyword, raise TypeError with the nearest parameter, or where it belongs."""
+    """Decorator: for an unknown keyword, raise TypeError that names the nearest parameter or option."""
     known = tuple(inspect.signature(function).parameters)
 
     @functools.wraps(function)

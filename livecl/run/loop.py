@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The training loop, Algorithm 1 of the paper, to the end or to where it is stopped, with checkpoints on the way."""
+"""The training loop, Algorithm 1 of the paper, with checkpoints."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from livecl.svg import quantize
 
 
 class Loop:
-    """Train a run from where it stands.
+    """Train a run to its end, or until it is stopped.
 
     Parameters
     ----------
     run : Run
         The run; :func:`livecl.interruption.check` tells when to stop.
     on_step : callable, optional
-        Called after each iteration; the run stops where it returns true. Its method `on_stage(step, kept)`, if it has
-        one, is called at the end of each stage.
+        Called after each iteration; the run stops if it returns true. Its method `on_stage(step, kept)`, if it has one,
+        is called at the end of each stage.
     checkpoints : Checkpoints, optional
-        Where the run is saved now and then.
+        Saves the run periodically.
     record : Record, optional
-        How far it had come before.
+        Outcomes of the stages before, for a resumed run.
 
     Attributes
     ----------
     stopped : str or None
-        Why the run stopped before its end.
+        The reason if the run was stopped before its end.
     """
 
     def __init__(
@@ -55,10 +55,9 @@ class Loop:
         self._counted = time.perf_counter()
 
     def train(self) -> None:
-        """Train until all is done, or the run is to stop; its last state is then in the checkpoint, if there is one.
+        """Train until the run is finished or should stop; the last state is saved in the checkpoint, if there is one.
 
-        Raises LiveclError or MemoryError if the run fails; the state is one that it can go on from, and is in the
-        checkpoint.
+        Raises LiveclError or MemoryError if the run fails; the state saved is then one from which it can be resumed.
         """
         self._counted = time.perf_counter()
         try:
@@ -76,7 +75,7 @@ class Loop:
             self._save()
 
     def _train_phase(self) -> None:
-        """Do the body of Algorithm 1's outer loop."""
+        """Train one phase: the body of Algorithm 1's outer loop."""
         run, loss = self.run, math.nan
         if not run.progress.placed:
             with run.all_or_nothing():
@@ -97,9 +96,9 @@ class Loop:
         tell_stage_end(self._on_step, step, kept)
 
     def stages(self) -> list[Stage]:
-        """Return the outcome of each stage; of one under way as it stands, or as it began where that is better.
+        """Return the outcome of each stage; for the current one, its present drawing or the one before if better.
 
-        A revision counts for the stage before it, and so does a stage that has done no good yet. Nothing interrupts it.
+        A revision counts for the stage before it, as does a stage without improvement yet. Not interrupted.
         """
         with interruption.interruptible(None):
             return self._stages()
@@ -116,7 +115,7 @@ class Loop:
         return self.record.with_stage(stage, extends=run.revising)
 
     def salvaged_stages(self) -> list[Stage]:
-        """Return the stages of a failed run, whether the device still works or not; none without paths."""
+        """Return the stages of a failed run, even if the device no longer works; none without paths."""
         drawing, stages = self.run.state.drawing, self.record.stages
         if np.isfinite(drawing.points).all() and np.isfinite(drawing.colors).all():
             try:
@@ -127,17 +126,17 @@ class Loop:
         return stages if stages and stages[-1].paths else []
 
     def _note(self, *, extends: bool) -> None:
-        """Put down the outcome of a stage that has ended."""
+        """Record the outcome of a stage that has ended."""
         self.record = Record(self.record.with_stage(self._outcome(), extends=extends))
 
     def _outcome(self) -> Stage:
-        """Return the stage under way as it would end now."""
+        """Return the outcome of the current stage if it ended now."""
         drawing = self.run.outcome()
         self._count()
         return Stage(drawing, self.run.mse(drawing), self.record.iterations, self.record.seconds)
 
     def _count(self) -> None:
-        """Add the time since the last call to that of the stage under way."""
+        """Add the time since the last call to that of the current stage."""
         now = time.perf_counter()
         self.record.seconds += now - self._counted
         self._counted = now
@@ -148,17 +147,17 @@ class Loop:
 
     def _save(self) -> None:
         self._count()
-        if self.record.stages or self.run.progress.placed:  # else there is nothing to go on from
+        if self.record.stages or self.run.progress.placed:  # otherwise there is nothing to resume from
             self._checkpoints.write(self.run.progress, self.record)
 
 
 def train(run: Run, on_step: OnStep | None = None) -> list[Stage]:
-    """Train a run from its state to the end of its schedule and revisions, or until the callback stops it.
+    """Train a run to the end of its schedule and revisions, or until the callback stops it.
 
     Returns
     -------
     list of Stage
-        Outcome of each stage that was worked on; revisions count for the last stage.
+        Outcome of each stage; revisions count for the last stage.
     """
     loop = Loop(run, on_step)
     loop.train()

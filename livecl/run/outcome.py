@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outcome of a run: the steps from the drawing as trained to the drawing as saved, in their order."""
+"""Outcome of a run: the steps from the trained drawing to the saved one."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from livecl.training.state import FREE, LOCKED
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Outcome:
-    """A drawing on its way out of a run, rounded as SVG is written.
+    """A drawing in the last steps of a run, rounded as in the SVG.
 
     Attributes
     ----------
     drawing : Drawing
         Layers, rounded.
     holds : (N,) int
-        What may change of each layer, as of :attr:`livecl.training.state.State.holds`.
+        Holds of the layers, as of :attr:`livecl.training.state.State.holds`.
     """
 
     drawing: Drawing
@@ -36,7 +36,7 @@ class Outcome:
 
     @property
     def free(self) -> NDArray[np.bool_]:
-        """Layers (N,) that may be merged and left out."""
+        """Layers (N,) that may be merged and dropped."""
         return np.asarray(self.holds == FREE)
 
     @property
@@ -45,7 +45,7 @@ class Outcome:
         return np.asarray(self.holds != LOCKED)
 
     def of(self, drawing: Drawing, sources: NDArray[np.intp]) -> Outcome:
-        """Return the outcome that has another drawing, whose layers come from these; those from none are free."""
+        """Return the outcome with another drawing; `sources` are its layers' former indices, -1 for new, free ones."""
         return Outcome(quantize(drawing), np.where(sources < 0, np.int8(FREE), self.holds[sources]))
 
 
@@ -55,7 +55,7 @@ def least_gain(context: Context) -> float:
 
 
 def merged(context: Context, outcome: Outcome) -> Outcome:
-    """Merge neighbours of one colour, where that is worth more than the error that it adds."""
+    """Merge neighbours of one colour, if that saves more than the error that it adds."""
     if not (context.options.merge and can_merge(outcome.drawing)):
         return outcome
     found = merge_neighbors(context, outcome.drawing, outcome.free, least_gain(context))
@@ -69,7 +69,7 @@ def edited(context: Context, outcome: Outcome) -> Outcome:
 
 
 def outlined(context: Context, outcome: Outcome) -> Outcome:
-    """Explain an outline around a fill, found as two shapes, as one shape with a fill and a stroke."""
+    """Replace an outlined shape, found as two nested shapes, by one shape with a fill and a stroke."""
     if context.options.strokes != "auto":
         return outcome
     from livecl.editing import bordered  # loads SciPy
@@ -84,9 +84,9 @@ FINISHING: tuple[Callable[[Context, Outcome], Outcome], ...] = (merged, edited, 
 def saved_drawing(
     context: Context, drawing: Drawing, holds: NDArray[np.int8], *, finished: bool, trim: bool
 ) -> Drawing:
-    """Return a drawing as it is saved: rounded, without needless layers; of a `finished` run, merged and editable.
+    """Return a drawing as saved: rounded, and pruned; of a `finished` run, also merged and edited.
 
-    It is trimmed to the page if `trim` says so.
+    With `trim`, it is trimmed to the page.
     """
     outcome = Outcome(quantize(drawing), holds)
     for step in FINISHING if finished else ():

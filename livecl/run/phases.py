@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Phases of a run: refine a drawing to start from, grow it by new paths, revise it at the end, leave few colours.
+"""Phases of a run: refine a start drawing, add paths or strokes, revise the drawing, reduce its colours.
 
-Each phase begins by changing the layers, is trained by the loop (:mod:`livecl.run.loop`), and ends by a decision:
+Each phase begins by changing the layers, is trained by the loop (:mod:`livecl.run.loop`), and ends with a decision:
 :meth:`Phase.end` returns whether the trained drawing is kept.
 """
 
@@ -30,16 +30,16 @@ Kind = Literal["refine", "stroke", "grow", "thin", "revise", "recolor"]
 
 
 class Phase(abc.ABC):
-    """A part of a run: changes layers, is trained, and is kept or taken back."""
+    """A part of a run: changes layers, is trained, and is kept or undone."""
 
     kind: ClassVar[Kind]
 
     @abc.abstractmethod
     def begin(self, run: Work) -> bool:
-        """Change the layers; return whether there is anything to train: False leaves the phase out."""
+        """Change the layers; return whether there is anything to train: if False, the phase is skipped."""
 
     def end(self, run: Work) -> bool:
-        """Return whether the trained drawing is kept; if not, the drawing before is restored. Kept where not judged."""
+        """Return whether the trained drawing is kept (by default it is); if not, the drawing before is restored."""
         return True
 
 
@@ -50,7 +50,7 @@ class Refine(Phase):
     kind: ClassVar[Kind] = "refine"
 
     def begin(self, run: Work) -> bool:
-        """Remember the drawing as fallback."""
+        """Make the drawing the fallback."""
         run.remember()
         return True
 
@@ -63,14 +63,14 @@ class Refine(Phase):
 class Stroke(Phase):
     """Draw line art as strokes, which later phases keep.
 
-    In a flat picture, the shapes that strokes leave are placed with them: without what lies beside them, strokes would
-    be trained to the wrong width.
+    In a flat picture, the remaining shapes are placed with them: without their neighbours, strokes would be trained to
+    the wrong width.
     """
 
     kind: ClassVar[Kind] = "stroke"
 
     def begin(self, run: Work) -> bool:
-        """Place the strokes; False where there are none, or shapes are cheaper."""
+        """Place the strokes; False if there are none, or shapes are cheaper."""
         from livecl.layering.strokes.finding import find_strokes  # loads SciPy
 
         state = run.state
@@ -90,15 +90,15 @@ class Stroke(Phase):
 
 @dataclasses.dataclass(frozen=True)
 class Redraw(Phase):
-    """Draw the strokes, as they have been trained, with fewer nodes and pens, and train them again.
+    """Redraw the trained strokes with fewer nodes and pens, and train them again.
 
-    In a flat picture they are kept if they are no dearer than shapes.
+    In a flat picture they are kept unless shapes are cheaper.
     """
 
     kind: ClassVar[Kind] = "stroke"
 
     def begin(self, run: Work) -> bool:
-        """Choose caps, join lines and fit them anew; False where nothing is better."""
+        """Choose caps, join lines and fit them anew; False if nothing improves."""
         from livecl.layering.strokes.ends import with_best_ends  # loads SciPy
 
         state = run.state
@@ -114,19 +114,19 @@ class Redraw(Phase):
         return True
 
     def end(self, run: Work) -> bool:
-        """Keep the strokes, or begin again without them."""
+        """Keep the strokes, or start again without them."""
         return run.keep_worthwhile_strokes()
 
 
 @dataclasses.dataclass(frozen=True)
 class Grow(Phase):
-    """Add paths where the drawing lacks most: n of Algorithm 1. Their worth is judged at the end of the run."""
+    """Add paths where the error is largest: n of Algorithm 1. Their worth is judged at the end of the run."""
 
     count: int  # paths to add, at most
     kind: ClassVar[Kind] = "grow"
 
     def begin(self, run: Work) -> bool:
-        """Place the paths; where none is worth placing, no later one is either: the other stages are left out too."""
+        """Place the paths; if none is worth placing, all later growing stages are skipped as well."""
         state, start = run.state, run.progress.start_drawing
         if state.stage and state.options.variant == "released":
             state.kept_weight = run.objective.released_weight(state, state.stage - 1)
@@ -141,23 +141,23 @@ class Grow(Phase):
 
 @dataclasses.dataclass(frozen=True)
 class Revise(Phase):
-    """Merge neighbours of one colour, place the least useful layers anew; kept if the error falls by enough.
+    """Merge neighbours of one colour and place the least useful layers anew; kept if the error falls enough.
 
     Attributes
     ----------
     share : int
-        Layers for each one that is replaced; at least one is.
+        One of this many layers is replaced, and at least one.
     min_improvement : float
-        Share by which the error must fall.
+        Least relative decrease of the error.
     least_gain : float
-        Share of the error that a revision must remove for another one to be likely worth its time. Of 12 photographs of
-        32 paths, it leaves out a tenth of the work for .8 % of the error (docs/performance.md).
+        Relative decrease of the error below which another revision is unlikely to be worth its time. On 12 photographs
+        of 32 paths, it saves a tenth of the work for .8 % of the error (docs/performance.md).
     merging_loss : float
-        Rise of the mean squared error that merges may cost: the path that each sets free may be worth more.
+        Largest rise of the mean squared error by merges: the path that each sets free may be worth more.
     max_failures : int
-        Revisions in a row that may come to nothing before the run ends: one with merges and one without. One that
-        lowers the error by less than `least_gain`, or than the layers that it replaces must be worth (`Options.prune`),
-        is kept and counts.
+        Number of failed revisions in a row that ends the run: one with merges and one without. A revision that lowers
+        the error by less than `least_gain`, or than the replaced layers must be worth (`Options.prune`), is kept but
+        counts as failed.
 
     Notes
     -----
@@ -174,7 +174,7 @@ class Revise(Phase):
     kind: ClassVar[Kind] = "revise"
 
     def begin(self, run: Work) -> bool:
-        """Take layers out, and place as many as are missing."""
+        """Remove layers, and place as many new ones."""
         state = run.state
         run.remember()
         if state.options.merge and run.progress.failures % 2 == 0 and can_merge(state.drawing):
@@ -191,7 +191,7 @@ class Revise(Phase):
         return True
 
     def end(self, run: Work) -> bool:
-        """Keep a drawing that is better by enough; count failures."""
+        """Keep the drawing if it is better by enough; count failures."""
         before = run.progress.fallback
         kept = run.keep_if_better(self.min_improvement)
         gain = before.error - run.visible_mse(run.state.drawing) if kept and before is not None else 0.0
@@ -202,11 +202,11 @@ class Revise(Phase):
         return kept
 
     def _share_of(self, num_layers: int) -> int:
-        """Return how many of some layers are replaced."""
+        """Return the number of layers to replace."""
         return max(1, num_layers // self.share)
 
     def _replaced(self, run: Work) -> NDArray[np.intp]:
-        """Return the layers to replace: the least useful, after failures the next ones in that order."""
+        """Return the layers to replace: the least useful; after a failure, the next ones in that order."""
         state = run.state
         order = least_useful(run, state.drawing)
         order = order[state.free[order]]
@@ -217,12 +217,12 @@ class Revise(Phase):
 
 @dataclasses.dataclass(frozen=True)
 class Thin(Phase):
-    """Explain thin layers as strokes, and train them."""
+    """Replace thin layers by strokes, and train them."""
 
     kind: ClassVar[Kind] = "thin"
 
     def begin(self, run: Work) -> bool:
-        """Replace the layers; False where none is a stroke at a lower price."""
+        """Replace the layers; False if no stroke is cheaper."""
         from livecl.layering.strokes.thinning import thinned  # loads SciPy
 
         state = run.state
@@ -237,7 +237,7 @@ class Thin(Phase):
         return True
 
     def end(self, run: Work) -> bool:
-        """Keep the strokes if the error that they have added is worth the numbers that they have saved."""
+        """Keep the strokes if the numbers saved are worth the error added."""
         from livecl.layering.strokes.thinning import worth
 
         fallback = run.progress.fallback
@@ -246,12 +246,12 @@ class Thin(Phase):
 
 @dataclasses.dataclass(frozen=True)
 class Recolor(Phase):
-    """Leave as many colours as `Options.colors` asks for, and train outlines with these."""
+    """Reduce the colours to `Options.colors`, and train the outlines with these."""
 
     kind: ClassVar[Kind] = "recolor"
 
     def begin(self, run: Work) -> bool:
-        """Choose the colours, which stay."""
+        """Choose the colours and fix them."""
         run.state.recolor(with_few_colors(run, run.state.drawing, ~run.state.locked))
         return True
 
@@ -259,8 +259,8 @@ class Recolor(Phase):
 def plan_of(schedule: Sequence[int], revisions: int, strokes: str = "off", recolors: bool = False) -> tuple[Phase, ...]:
     """Return the phases of a run.
 
-    One for each stage of the schedule, of which 0 refines, then revisions; strokes are drawn before paths
-    are added, or in place of them; where the number of colours is limited, they are chosen at the end.
+    One for each stage of the schedule (0 refines), then revisions. Strokes are drawn before paths are added, or in
+    place of them. A limited number of colours is chosen at the end.
     """
     last: list[Phase] = [Recolor()] if recolors else []
     stages: list[Phase] = [Grow(count) if count else Refine() for count in schedule]
@@ -274,10 +274,10 @@ def plan_of(schedule: Sequence[int], revisions: int, strokes: str = "off", recol
 
 
 def place(run: Work, count: int, stage: int, *, refills: bool = False) -> int:
-    """Add up to `count` layers, labelled with a stage, and return how many were worth it.
+    """Add up to `count` layers, labelled with a stage, that are worth it; return their number.
 
-    With `refills`, all layers that may change are filled anew: trained, they may be worth a gradient that they were not
-    when placed.
+    With `refills`, the fills of all layers that may change are chosen anew: after training, a gradient may be worth its
+    price that was not before.
     """
     state = run.state
     lines = run.lines if state.drawing.strokes.any else None
@@ -297,19 +297,19 @@ def place(run: Work, count: int, stage: int, *, refills: bool = False) -> int:
 
 
 def _last_of_many(run: Work) -> bool:
-    """Whether the stage that begins adds the last of the paths asked for, and others came before it."""
+    """Whether the stage that begins adds the last paths of the schedule, and is not the first."""
     counts = [count for count in run.progress.schedule if count]
     return len(counts) > 1 and run.progress.asked + counts[-1] == sum(counts)
 
 
 def _refilled(run: Work) -> bool:
-    """Whether the last stage has filled the layers of those before it anew."""
+    """Whether the last stage has chosen the fills of all earlier layers anew."""
     counts = [count for count in run.progress.schedule if count]
     return len(counts) > 1 and run.progress.asked == sum(counts)
 
 
 def fill(run: Work, layers: NDArray[np.bool_]) -> None:
-    """Give some layers, (N,) bool, the fills that are worth most to them."""
+    """Choose the best fills for some layers, (N,) bool."""
     drawing = shaded(run, run.state.drawing, layers)
     if drawing is not run.state.drawing:
         run.state.replace_fills(drawing)

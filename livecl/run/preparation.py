@@ -16,7 +16,7 @@ from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
 from livecl.training.objective import Objective
 
-#: Seconds after which whoever waits for the compiler looks whether to go on.
+#: Seconds between two checks for interruption while waiting for the compiler.
 PATIENCE = 0.1
 
 _prepared: set[tuple[object, ...]] = set()
@@ -32,18 +32,19 @@ def warm_up(rasterizer: Rasterizer, objective: Objective, options: Options, back
 
 
 class Preparation:
-    """Compiles what a run will need, once for each device, number of channels and loss; compilers use no interpreter.
+    """Compiles the kernels of a run in a thread, once for each device, number of channels and loss.
 
-    What fails here fails again, and is told, when the run asks for it.
+    Compilers run without the interpreter's lock. Errors here are ignored: they occur again when the run uses the
+    kernels.
 
     Parameters
     ----------
     image : (H, W, 3) or (H, W, 4) float32
-        The picture that will be worked on.
+        The picture at its working size.
     options : Options
         Parameters of the method.
     background : (3,) or None
-        What drawings begin with.
+        Background of the drawing.
     device : int, str or None
         OpenCL device.
     """
@@ -58,7 +59,7 @@ class Preparation:
             self._thread.start()
 
     def wait(self) -> None:
-        """Wait until all is compiled; what interrupts the run ends the waiting, not the compiler."""
+        """Wait until all is compiled; an interruption ends the waiting, not the compiler."""
         while self._thread.is_alive():
             self._thread.join(PATIENCE)
             interruption.check()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Progress`: how far a run has come, and all that it needs to go on, in one object that a checkpoint holds."""
+"""`Progress`: the complete state of a run between two iterations, which a checkpoint holds."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ _FACTS = ("placed", "asked", "failures", "error")
 
 @dataclasses.dataclass
 class Progress:
-    """A run between two iterations: the state that training moves, and the bookkeeping of the phases."""
+    """A run between two iterations: the state of training, and the bookkeeping of the phases."""
 
-    state: State  # Drawing and moments, stage and iteration
-    #: Paths that each stage adds; 0 for a refinement. Revisions follow.
+    state: State  # drawing and moments, stage and iteration
+    #: Paths added by each stage; 0 for a refinement. Revisions follow.
     schedule: tuple[int, ...]
-    start_drawing: Drawing | None = None  # Drawing to start from, if any
-    placed: bool = False  # whether the paths of the stage are placed: it has begun
-    asked: int = 0  # paths that the stages begun so far were to add: revisions keep their number
-    failures: int = 0  # revisions in a row that came to nothing, or hardly anything
-    #: Visible mean squared error after the last stage, where `Options.target_mse` or `Options.path_gain` need it.
+    start_drawing: Drawing | None = None  # drawing to start from, if any
+    placed: bool = False  # whether the stage has begun: its paths are placed
+    asked: int = 0  # paths requested by the stages begun so far: revisions keep this number
+    failures: int = 0  # revisions in a row without (enough) gain
+    #: Visible mean squared error after the last stage, if `Options.target_mse` or `Options.path_gain` need it.
     error: float = float("inf")
-    fallback: Fallback | None = None  # Drawing and moments to return to if the phase under way does not lower the error
+    fallback: Fallback | None = None  # drawing to return to if the current phase does not lower the error
 
     @classmethod
     def start(
@@ -50,16 +50,16 @@ class Progress:
         seed: int,
         locked: NDArray[np.bool_] | None = None,
     ) -> Progress:
-        """Return the progress before the first stage, from a drawing whose layers are kept, some, (N,), locked."""
+        """Return the progress before the first stage; layers of the drawing are KEPT, those of `locked` (N,) LOCKED."""
         state = State.start(drawing, options, seed, locked)
         return cls(state, schedule, drawing if drawing.num_layers else None)
 
     def copy(self) -> Progress:
-        """Return a copy that does not change with this one."""
+        """Return an independent copy."""
         return dataclasses.replace(self, state=self.state.copy())
 
     def parts(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return all that makes the progress as facts, which JSON can hold, and arrays by name."""
+        """Return the progress as facts, which JSON can hold, and arrays by name."""
         facts, arrays = self.state.parts()
         facts |= {
             "schedule": self.schedule,
@@ -77,7 +77,7 @@ class Progress:
 
     @classmethod
     def of_parts(cls, facts: dict[str, Any], arrays: Arrays) -> Progress:
-        """Return the progress that :meth:`parts` took apart; raises one of `UNREADABLE` where they make none."""
+        """Return the progress from its :meth:`parts`; raises one of `UNREADABLE` if they are invalid."""
         fallback = None
         if "fallback.points" in arrays:
             moments = {name: adam_from(f"fallback.{name}", arrays) for name in ("points", "colors", "widths")}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Recipe`: all that makes an SVG of a picture, apart from the picture and the device."""
+"""`Recipe`: all settings that determine the SVG of a picture, apart from the picture and the device."""
 
 from __future__ import annotations
 
@@ -31,50 +31,50 @@ if TYPE_CHECKING:
     from livecl.run.control import Control
     from livecl.run.result import Result
 
-#: How layers are written, and which form groups.
+#: Styles of layers, and kinds of groups.
 LAYER_STYLES, GROUP_KINDS = get_args(LayerStyle), get_args(GroupKind)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Recipe:
-    """Recipe: paths, options, size and seed, for any number of pictures.
+    """Paths, options, size and seed, for any number of pictures.
 
-    The same recipe, picture and device give the same SVG, to the last byte, wherever they meet: in this process, in a
-    worker, on another machine with a processor and versions like these.
+    The same recipe, picture and device give the same SVG, to the last byte: in this process, in a worker, or on another
+    machine with the same kind of processor and the same versions.
 
     Parameters
     ----------
     paths : int, "auto" or None
-        Number of paths, at most, as for :func:`livecl.vectorize`.
+        Maximum number of paths, as for :func:`livecl.vectorize`.
     schedule : "exp", sequence of int, text or None
-        Paths that each stage adds, as for :func:`livecl.vectorize`.
+        Paths added by each stage, as for :func:`livecl.vectorize`.
     options : Options
         Parameters of the method.
     seed : int
-        Seed of whatever is random.
+        Seed of all random choices.
     size : int
-        Larger pictures are reduced to as many pixels as a square of this side, px, has; 0 to work on all pixels. The
-        drawing has the picture's own coordinates all the same.
+        Larger pictures are reduced to the area of a square of this side, px; 0 to keep all pixels. The drawing has the
+        picture's own coordinates in any case.
     precision : int
         Decimals kept of coordinates, px of the picture.
     layers : "inkscape" or "plain"
-        How layers and stages are written, see :func:`livecl.svg.writer.format_svg`.
+        Style of layers, see :func:`livecl.svg.writer.format_svg`.
     groups : "thing", "stage" or "none"
-        Which layers form groups: those that lie inside another one, with it (a run from `start` keeps that drawing's);
-        those that one stage added; none.
+        Layers that form groups: a layer and those inside it (a run from `start` keeps that drawing's groups); those of
+        one stage; none.
     cutout : bool
         Whether layers are cut by those above them, see :func:`livecl.editing.cut_out`.
     trap : float
-        How far a layer that is cut goes on below those above it, px of the picture.
+        How far cut layers extend below those above them, px of the picture.
     swatches : bool
-        Whether colours are written as Inkscape's swatches, which change wherever they are used.
+        Whether colours are written as Inkscape swatches, which can be edited for all layers at once.
     start : Drawing, optional
         Drawing to start from, stretched to the picture's canvas, which must have the same proportions.
     lock : sequence of int
-        Layers of `start` that stay as they are.
+        Layers of `start` that are not changed.
     masks : Masks, optional
-        Masks of things, of the picture's size: each becomes a group of a path along the mask and of those within it,
-        `paths` at most.
+        Masks of things, of the picture's size: each becomes a group of at most `paths` paths, one along the mask and
+        others within it.
 
     Raises
     ------
@@ -134,20 +134,20 @@ class Recipe:
 
     @property
     def chooses_paths(self) -> bool:
-        """Whether the number of paths is chosen by their gain, as neither number nor schedule is given.
+        """Whether the number of paths is chosen by their gain: without number and schedule, and if layers are pruned.
 
-        Not where layers are kept whatever they are worth (`Options.prune` 0, as in the paper).
+        With `Options.prune` 0, as in the paper, layers are kept whatever they gain.
         """
         nothing_said = self.paths is None and self.schedule is None and self.masks is None
         return nothing_said and (self.start is None or not self.start.num_layers) and self.options.prune > 0
 
     @property
     def stages(self) -> tuple[int, ...]:
-        """Paths that each stage adds; a first stage that refines `start`, or what masks give, adds none."""
+        """Paths added by each stage; a first stage that refines `start` or the layers of masks adds none."""
         if self.masks is not None:
             return (0,)
         if self.chooses_paths:
-            return growing_schedule(MAX_AUTO_PATHS)  # at most; fewer where the picture is not flat
+            return growing_schedule(MAX_AUTO_PATHS)  # fewer if the picture is not flat
         if self.start is None or not self.start.num_layers:
             return parse_schedule(self.schedule, self.paths)
         more = self.schedule is not None or self.paths is not None
@@ -155,7 +155,7 @@ class Recipe:
 
     @property
     def fingerprint(self) -> str:
-        """A digest that differs where the SVGs of the same picture may: of all values and livecl's version."""
+        """Digest of all values and livecl's version: equal only if SVGs of the same picture are equal."""
         facts = {
             "version": __version__,
             "options": dataclasses.asdict(self.options),
@@ -180,7 +180,7 @@ class Recipe:
         Raises
         ------
         ValueError
-            If the picture has other proportions.
+            If the picture has different proportions.
         """
         if self.start is None:
             return None
@@ -204,8 +204,7 @@ class Recipe:
         Returns
         -------
         Result
-            Drawings in the picture's own coordinates; errors as measured on the pixels that were worked on, see
-            `Result.working_size`.
+            Drawings in the picture's own coordinates; errors are measured at `Result.working_size`.
         """
         from livecl.image.background import background_for
         from livecl.image.reading import as_image
@@ -216,7 +215,7 @@ class Recipe:
         smaller = working_size_of(pixels, self.size)
         target, start = reduced(pixels, smaller), self.start_on(size)
         ground = background_for(self.options.background, target, None if start is None else start.background)
-        preparation = Preparation(target, self.options, ground, device)  # beside imports and the search for structure
+        preparation = Preparation(target, self.options, ground, device)  # in parallel with imports and structure search
         from livecl.run.beginning import Beginning
         from livecl.run.finishing import Finisher
         from livecl.run.result import RunError
@@ -246,7 +245,7 @@ class Recipe:
             raise
 
     def svg(self, drawing: Drawing) -> str:
-        """Return a drawing as SVG text, as the recipe says."""
+        """Format a drawing as SVG with the recipe's settings."""
         return format_svg(drawing, self.precision, self.layers, groups=self.groups, swatches=self.swatches)
 
 
@@ -269,34 +268,34 @@ def vectorize(
     Parameters
     ----------
     image : array_like, path, bytes, binary file or PIL.Image.Image
-        Target, see :func:`livecl.image.as_image`. Where it has alpha, the drawing has no background and is to have the
-        picture's colour and alpha, unless `Options.background` says otherwise.
+        Target, see :func:`livecl.image.as_image`. If it has alpha, the drawing has no background and is fitted to
+        colour and alpha, unless `Options.background` says otherwise.
     paths : int or "auto", optional
-        Number of paths, at most. "auto" goes on as long as further paths gain enough (`Options.path_gain`), to 256.
-        Where neither this nor a list of stages is given: none beside those of `start`; else as "auto", to 32 where the
-        picture is not flat; 8 where `Options.prune` is 0, as in the paper.
+        Maximum number of paths. "auto" adds paths as long as they gain enough (`Options.path_gain`), up to 256. Without
+        `paths` and `schedule`: none if there is a `start`; else as "auto", up to 32 if the picture is not flat; 8 if
+        `Options.prune` is 0, as in the paper.
     schedule : "exp" or sequence of int, optional
-        Paths that each stage adds, see :func:`livecl.schedule.parse_schedule`.
+        Paths added by each stage, see :func:`livecl.schedule.parse_schedule`.
     options : Options, optional
         Parameters of the method.
     device : int, str or None
         OpenCL device, see :func:`livecl.opencl.device.choose_device`.
     seed : int
-        Seed of whatever is random.
+        Seed of all random choices.
     on_step : callable, optional
-        Called with a :class:`livecl.Step` after each iteration; where it returns true the run stops there. If it has a
-        method ``on_stage``, ``on_stage(step, kept)`` is called at the end of each stage: `kept` is False where the run
-        goes on with the drawing before it.
+        Called with a :class:`livecl.Step` after each iteration; if it returns true, the run stops. If it has a method
+        ``on_stage``, ``on_stage(step, kept)`` is called at the end of each stage: `kept` is False if the run returns to
+        the drawing before it.
     start : Drawing, optional
-        Drawing to start from, stretched to the picture's canvas: a first stage refines it, then the paths asked for are
-        added. The result is never worse than it.
+        Drawing to start from, stretched to the picture's canvas: a first stage refines it, then `paths` are added. The
+        result is never worse than it.
     lock : sequence of int
-        Layers of `start` that stay as they are.
+        Layers of `start` that are not changed.
     control : Control, optional
-        A time limit, and checkpoints to go on from.
+        Time limit, and a checkpoint to resume from.
     size : int
-        Larger pictures are reduced to as many pixels as a square of this side, px, has; 0 to work on all pixels. The
-        drawing has the picture's own coordinates all the same.
+        Larger pictures are reduced to the area of a square of this side, px; 0 to keep all pixels. The drawing has the
+        picture's own coordinates in any case.
 
     Returns
     -------
@@ -307,12 +306,12 @@ def vectorize(
     ValueError
         If an argument is not usable; the message names it.
     DeviceError, KernelBuildError
-        If the device cannot be had.
+        If the device is not available.
     CheckpointError
-        If the run cannot go on from the checkpoint that `control` names.
+        If the run cannot be resumed from the checkpoint of `control`.
     RunError
-        If the run fails when it is under way: the loss stops being finite, the device fails or memory runs out. What
-        was good before is in its `result`.
+        If the run fails after it has begun: the loss is no longer finite, the device fails or memory runs out. The last
+        good state is its `result`.
 
     Examples
     --------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Result of a run: the drawing and its stages; also of one that fails."""
+"""`Result` of a run: the drawing and its stages; `RunError`, which carries that of a failed run."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from livecl.svg import GroupKind, LayerStyle, format_svg, save_svg
 
 @dataclasses.dataclass(frozen=True)
 class Stage:
-    """Outcome of a stage: the drawing as it would be saved, its mean squared error, steps, seconds with placement.
+    """Outcome of a stage: the drawing as saved, its mean squared error, steps, and seconds, placement included.
 
-    The error is NaN where it is not known, of a drawing that was saved from a device that failed.
+    The error is NaN if it is unknown, as after a failure of the device.
     """
 
     drawing: Drawing
@@ -37,24 +37,24 @@ class Result:
     Attributes
     ----------
     drawing : Drawing
-        The drawing as it is saved: colours of 8 bits, coordinates rounded.
+        The drawing as saved: 8-bit colours, rounded coordinates.
     mse : float
-        Mean of the squared difference from the target, in the program's own render, over pixels and channels: RGB, or
-        premultiplied RGBA where the drawing has no background.
+        Mean squared difference of the rasterizer's image from the target over pixels and channels: RGB, or
+        premultiplied RGBA if the drawing has no background.
     stages : tuple of Stage
         Outcome of each stage.
     seconds, compile_seconds : float
-        Time of the stages, and of making the kernels ready before.
+        Time of the stages, and of building the kernels before.
     device : str
-        The device that was used.
+        OpenCL device used.
     options : Options
         Parameters of the method.
     working_size : (int, int) or None
-        Height and width, px, of the pixels that were worked on and that all errors are measured on; None where they are
-        the drawing's own.
+        Height and width of the reduced picture on which the run worked and errors are measured, px; None if it was not
+        reduced.
     stopped : str or None
-        Why the run ended before its end, in a few words: "time limit", "callback", the reason of `Control.stop`, or the
-        message of the error that it failed with; None where it did not. The drawing is then the best that there was.
+        Why the run was stopped: "time limit", "callback", the reason of `Control.stop`, or the message of an error. The
+        drawing is then the best so far. None if the run was finished.
     """
 
     drawing: Drawing
@@ -98,7 +98,7 @@ class Result:
 
 
 class RunError(LiveclError):
-    """A run failed when it was under way; `__cause__` is the error itself.
+    """A run failed after it had begun; `__cause__` is the original error.
 
     Attributes
     ----------

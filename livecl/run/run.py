@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Run`: a vectorization under way, phase after phase."""
+"""`Run`: a vectorization in progress, phase after phase."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from livecl.svg import quantize
 from livecl.training import step as training
 from livecl.training.ending import EARLIEST, judge_progress
 
-#: Divisor of the steps of a stage that others follow: its layers are trained with theirs.
+#: Divisor of the steps of a stage followed by others: its layers are trained further with theirs.
 EARLY_SHARE = 4
-#: Paths of a run on regions from which on its stages are shortened: errors of 12 photographs of 32 paths fell by 7 %,
-#: of three drawings of 8 and 24 paths they rose by 27 %, as each layer decides on more there.
+#: Number of paths from which on stages of a run by regions are shortened: errors of 12 photographs of 32 paths fell by
+#: 7 %; those of three drawings of 8 and 24 paths rose by 27 %, as each layer matters more there.
 MANY_PATHS = 32
 
 
 class Run(Work):
-    """A vectorization under way; parameters as for :class:`livecl.run.work.Work`.
+    """A vectorization in progress; parameters as for :class:`livecl.run.work.Work`.
 
     Attributes
     ----------
     plan : tuple of Phase
-        Phases of the whole run; `state.stage` is the index of the one under way.
+        Phases of the whole run; `state.stage` is the index of the current one.
     """
 
     def __init__(
@@ -51,18 +51,18 @@ class Run(Work):
 
     @property
     def phase(self) -> Phase | None:
-        """The phase under way, or about to begin; None after the last."""
+        """The current phase, or the next one; None after the last."""
         index = self._index
         return self.plan[index] if index < len(self.plan) else None
 
     @property
     def finished(self) -> bool:
-        """Whether no phase is left that would do anything."""
+        """Whether no phase is left."""
         return self.phase is None
 
     @property
     def _index(self) -> int:
-        """Index of the phase: no revision begins when they have failed too often or have no layer to replace."""
+        """Index of the phase, skipping revisions if they have failed too often or have no layer to replace."""
         index = self.state.stage
         if not self.progress.placed and (self.progress.failures >= Revise.max_failures or not self.state.free.any()):
             while index < len(self.plan) and isinstance(self.plan[index], Revise):
@@ -71,11 +71,11 @@ class Run(Work):
 
     @property
     def trained(self) -> bool:
-        """Whether the phase under way has done all its iterations."""
+        """Whether the current phase has done all its iterations."""
         return self.state.iteration >= self.state.length
 
     def begin(self) -> bool:
-        """Begin the next phase; return False where it is left out, since no path is worth placing."""
+        """Begin the next phase; return False if it is skipped, as no path is worth placing."""
         phase = self.phase
         if phase is None:
             raise ValueError("begin: the run is finished")
@@ -111,10 +111,10 @@ class Run(Work):
         return loss
 
     def _planned_length(self, phase: Phase) -> int:
-        """Return the steps of a phase: fewer where layers are placed that a later one certainly trains on.
+        """Return the number of steps of a phase: fewer if a later phase certainly trains its layers further.
 
-        Later stages do where whole shapes are still missing. Regions may end before, but revisions follow; where stages
-        are judged by what they gain, or paths are few, they are trained in full.
+        That is so if whole shapes are still missing; and with many paths by regions if revisions follow and stages are
+        not judged by their gain.
         """
         options, state = self.options, self.state
         followed = any(isinstance(later, Grow) for later in self.plan[state.stage + 1 :])
@@ -123,20 +123,20 @@ class Run(Work):
         certain = options.placement == "region" and options.revisions > 0 and not options.path_gain
         certain &= sum(self.progress.schedule) >= MANY_PATHS
         if options.placement == "structure":
-            certain = state.kept_weight is not None and not state.kept_weight.all()  # layers show that are missing
+            certain = state.kept_weight is not None and not state.kept_weight.all()  # visible layers are missing
         early = max(EARLIEST, options.iterations // EARLY_SHARE)
         return min(early, options.iterations) if certain else options.iterations
 
     @property
     def _limit(self) -> float:
-        """Loss that a revision must come below to be kept."""
+        """Loss below which a revision is kept."""
         fallback, options = self.progress.fallback, self.options
         if fallback is None or not self.revising or options.loss != "mse" or options.xing_weight:
             return np.inf
         return fallback.error * (1 - Revise.min_improvement)
 
     def end(self) -> bool:
-        """End the phase under way and go on to the next; return whether its drawing is kept."""
+        """End the current phase and advance to the next; return whether its drawing is kept."""
         phase, progress, state, options = self.phase, self.progress, self.state, self.state.options
         if phase is None:
             raise ValueError("end: the run is finished")
@@ -153,11 +153,10 @@ class Run(Work):
         return kept
 
     def outcome(self) -> Drawing:
-        """Return the drawing as it would be saved now: rounded, without layers that come to nothing.
+        """Return the drawing as it would be saved now: rounded, without negligible layers.
 
-        When the run is finished, neighbours are merged and outlines made editable. In the middle of a revision that has
-        not paid yet it is the drawing before; of a run that started from a drawing it is that one where nothing better
-        was found.
+        When the run is finished, neighbours are merged and outlines made editable. During a revision without an
+        improvement yet, it is the drawing before it; without any improvement, a run from a drawing returns that.
         """
         state, start, fallback = self.state, self.progress.start_drawing, self.progress.fallback
         best, holds = state.drawing, state.holds

@@ -25,15 +25,15 @@ from livecl.run.result import Result
 from livecl.run.vectorization import vectorize_pixels
 from livecl.svg import quantize
 
-#: Share of the learning rate of points that is left where they start near their places: they slide along outlines less,
-#: and end at lower errors.
+#: Factor of the learning rate of points, which start near their places: they slide along outlines less, and errors end
+#: lower.
 REFINING_RATE = 0.5
-#: Iterations for each picture but the first, as a multiple of those of a stage: layers that are there already are all
-#: that a picture has, where a run by itself has several stages and revisions.
+#: Iterations for each picture but the first, as a multiple of those of a stage: there is one stage only, in place of
+#: several stages and revisions.
 REFINING_STAGES = 2
-#: Error above which paths may be added: a multiple of the first picture's, and a least difference to it.
+#: Paths may be added if the error exceeds this multiple of the first picture's, and by this difference.
 POOR_RATIO, POOR_RISE = 1.2, 1e-5
-#: Share of the error that may be left for added paths to stay.
+#: Added paths are kept if they lower the error to this share.
 GOOD_RATIO = 0.8
 
 
@@ -44,13 +44,13 @@ class SequenceResult:
     Attributes
     ----------
     drawings : tuple of Drawing
-        One for each picture, as they are saved, all of the same layers and segments: layer n of each is the same thing.
+        One for each picture, as saved, all with the same layers and segments: layer n of each is the same thing.
     mse : tuple of float
-        Their mean squared errors, in the program's own render.
+        Their mean squared errors, as of :attr:`livecl.Result.mse`.
     seconds : tuple of float
-        Time of each, without making the kernels ready.
+        Time of each, without building kernels.
     device : str
-        The device that was used.
+        OpenCL device used.
     """
 
     drawings: tuple[Drawing, ...]
@@ -74,30 +74,30 @@ def vectorize_sequence(
     on_frame: Callable[[int, Result], bool | None] | None = None,
     size: int = DEFAULT_SIZE,
 ) -> SequenceResult:
-    """Turn pictures that follow each other into drawings, each of which starts from the one before.
+    """Turn consecutive pictures into drawings, each of which starts from the one before.
 
-    The first picture is vectorized as :func:`livecl.vectorize` does. For each of the others the drawing before is
-    refined in one stage: no layer is dropped or moved in paint order. Where that does not suffice, paths may be added;
-    in the drawings of earlier pictures, these are points without area where they later appear.
+    The first picture is vectorized as by :func:`livecl.vectorize`. For each of the others, the drawing before is
+    refined in one stage: no layer is dropped or moved in paint order. If that does not suffice, paths may be added; in
+    the drawings of earlier pictures, these are points without area.
 
     Parameters
     ----------
     images : iterable of pictures
-        Targets of one size, each as :func:`livecl.image.as_image` takes it; they are asked for one after the other.
+        Targets of one size, each as for :func:`livecl.image.as_image`; the iterable is read one by one.
     paths, schedule, options, device, seed
         As in :func:`livecl.vectorize`; `paths` and `schedule` are those of the first picture.
     refine_iterations : int, optional
-        Iterations for each picture but the first; twice `options.iterations` where not given.
+        Iterations for each picture but the first (default: twice `options.iterations`).
     add_paths : int
-        Paths that may be added for each picture whose error, after refinement, is a fifth larger than that of the first
-        or more, and by at least 1e-5; they stay if they lower it by a fifth.
+        Paths that may be added for each picture whose error, after refinement, exceeds that of the first by a fifth and
+        by 1e-5; they are kept if they lower it by a fifth.
     start : Drawing, optional
-        Drawing that the first picture starts from.
+        Drawing from which the first picture starts.
     on_frame : callable, optional
-        Called with the number, from 0 on, and the result of each picture; where it returns true the sequence ends.
+        Called with the index, from 0, and the result of each picture; if it returns true, the sequence ends.
     size : int
-        Larger pictures are reduced to as many pixels as a square of this side, px, has; 0 to work on all pixels. The
-        drawings have the pictures' own coordinates all the same.
+        Larger pictures are reduced to the area of a square of this side, px; 0 to keep all pixels. The drawings have
+        the pictures' own coordinates in any case.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def vectorize_sequence(
             beginning = Beginning(paths=paths, schedule=schedule, options=options, seed=seed, start=scaled_start)
             result = vectorize_pixels(target, beginning, device)
             if not result.drawing.num_layers:
-                raise ValueError("images: 0 is of the background's colour all over, so there is no layer to go on with")
+                raise ValueError("images: 0 has the background's colour only, so there is no layer to continue with")
         results.append(result)
         if on_frame is not None and on_frame(index, _enlarged(result, canvas)):
             break
@@ -171,7 +171,7 @@ class _Follower:
     device: int | str | None
 
     def result(self, target: NDArray[np.float32], before: Drawing, first_mse: float) -> Result:
-        """Refine the drawing before, (H, W) as `target`; add paths where the error is far above that of the first."""
+        """Refine the drawing before, on the canvas of `target`; add paths if the error is far above the first one's."""
         options = self.refining
         if before.background is None:
             options = dataclasses.replace(options, background=NONE)
@@ -189,26 +189,26 @@ class _Follower:
 
 
 def _enlarged(result: Result, canvas: tuple[int, int]) -> Result:
-    """Return a result whose drawings are on the pictures' canvas; its errors are those on the pixels worked on."""
+    """Return a result with drawings on the pictures' canvas; its errors are those at the working size."""
     stages = tuple(dataclasses.replace(stage, drawing=_on_canvas(stage.drawing, canvas)) for stage in result.stages)
     drawing = _on_canvas(result.drawing, canvas)
     return dataclasses.replace(result, drawing=drawing, stages=stages, working_size=result.drawing.size)
 
 
 def _on_canvas(drawing: Drawing, canvas: tuple[int, int]) -> Drawing:
-    """Return a drawing stretched to a canvas, with coordinates as they are saved."""
+    """Return a drawing stretched to a canvas, with coordinates rounded as saved."""
     return drawing if drawing.size == canvas else quantize(scaled(drawing, canvas))
 
 
 def _refining(options: Options, iterations: int) -> Options:
-    """Return the options under which a drawing keeps its layers, and takes smaller steps."""
+    """Return options that keep all layers and take smaller steps."""
     return dataclasses.replace(
         options,
         iterations=iterations,
         learning_rate=REFINING_RATE * options.learning_rate,
         revisions=0,
         merge=False,
-        simplify=False,  # each drawing keeps the segments of the one before
+        simplify=False,  # keeps the segments of the drawing before
         primitives=False,
         prune=0.0,
         path_gain=0.0,
@@ -217,15 +217,15 @@ def _refining(options: Options, iterations: int) -> Options:
 
 
 def _better(refined: Result, added: Result) -> Result:
-    """Return the result with paths added if it is better by enough, else the one before; with the time of both."""
+    """Return the result with added paths if it is enough better, else the one before; with the time of both."""
     kept = added if added.mse <= GOOD_RATIO * refined.mse else refined
     return dataclasses.replace(kept, seconds=refined.seconds + added.seconds)
 
 
 def _padded(drawings: Sequence[Drawing]) -> tuple[Drawing, ...]:
-    """Return drawings, each of which has the layers of the one before and maybe more, with the layers of the last.
+    """Give all drawings the layers of the last; each has the layers of the one before and possibly more.
 
-    New layers have a later stage than all that were there, so they can be told; the others keep their order.
+    New layers are recognized by a later stage than all earlier ones; the others keep their order.
     """
     padded = [drawings[0]]
     for drawing in drawings[1:]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vectorization of all pixels of a picture: checks of the arguments, the run of all stages, the result."""
+"""Vectorize a picture at its full size: check the arguments, run all stages, return the result."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def vectorize_pixels(
     control: Control | None = None,
     preparation: Preparation | None = None,
 ) -> Result:
-    """Vectorize a picture at its full size; :func:`livecl.vectorize` does so at its working size.
+    """Vectorize a picture at its full size; :func:`livecl.vectorize` reduces it to the working size first.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def vectorize_pixels(
     device, on_step, control
         As for :func:`livecl.vectorize`.
     preparation : Preparation, optional
-        Of the device, if it is under way.
+        Kernels being compiled for this run, if any.
 
     Returns
     -------
@@ -59,12 +59,12 @@ def vectorize_pixels(
     """
     begin = time.perf_counter()
     control = Control() if control is None else control
-    with interruptible(Watch(control).check):  # the clock starts
+    with interruptible(Watch(control).check):  # starts the clock
         try:
             progress = beginning.progress(image)
             if preparation is not None:
                 preparation.wait()
-        except Stopped as stopped:  # before it is known how paths are placed: there is nothing to go on from
+        except Stopped as stopped:  # before the placement is known: nothing to resume from
             if beginning.start is None:
                 return _nothing_of(image, beginning, device, (stopped.reason, begin))
         run = Run(image, progress, device)
@@ -102,7 +102,7 @@ def vectorize_pixels(
 def _nothing_of(
     image: NDArray[np.float32], beginning: Beginning, device: int | str | None, stop: tuple[str, float]
 ) -> Result:
-    """Return the result of a run that was stopped before it began: for a reason, asked for at a time (seconds)."""
+    """Return the result of a run stopped before it began; `stop` has the reason, and the start time in seconds."""
     reason, begin = stop
     background = background_for(beginning.options.background, image)
     drawing = empty_drawing((image.shape[0], image.shape[1]), background)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Work`: what the phases of a run change, and what they decide by."""
+"""`Work`: the state of a run that its phases change, and the context of their decisions."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 
 class Work(Context):
-    """The target, the device's rasterizer, and how far the run has come.
+    """Target, rasterizer and progress of a run.
 
     Parameters
     ----------
     image : (H, W, 3) or (H, W, 4) array
-        Straight colours in [0, 1]; alpha is laid over the drawing's background, and is a part of the target where the
-        drawing has none.
+        Straight colours in [0, 1]; composited over the drawing's background, or, without one, with alpha as a part of
+        the target.
     progress : Progress
-        Where to go on; :meth:`Progress.start` for a new run.
+        State to continue from; :meth:`Progress.start` for a new run.
     device : int, str or None
         OpenCL device.
 
@@ -60,7 +60,7 @@ class Work(Context):
 
     @functools.cached_property
     def lines(self) -> LineWork | None:
-        """The strokes of a flat picture that are worth their price; None where it is not flat, or has fills alone."""
+        """The strokes of a flat picture that are worth their price; None if there are none or it is not flat."""
         if self.options.strokes != "auto" or self.options.placement != "structure":
             return None
         from livecl.layering.strokes.line_work import line_work  # loads SciPy
@@ -74,7 +74,7 @@ class Work(Context):
 
     @property
     def revising(self) -> bool:
-        """Whether all stages are behind the run."""
+        """Whether all stages of the schedule are done."""
         return self.state.stage >= self.num_stages
 
     @contextlib.contextmanager
@@ -88,15 +88,15 @@ class Work(Context):
             raise
 
     def end_growth(self) -> None:
-        """Leave out the stages that are left: only revisions are."""
+        """Skip the remaining stages of the schedule; revisions follow."""
         self.state.stage = self.num_stages
 
     def remember(self) -> None:
-        """Make the drawing the fallback of the phase that begins."""
+        """Make the drawing the fallback of the current phase."""
         self.progress.fallback = self.state.fall_back(self.visible_mse(self.state.drawing))
 
     def keep_worthwhile_strokes(self) -> bool:
-        """Return whether the strokes of a flat picture are kept: else the drawing becomes what it was without them."""
+        """Return whether the strokes of a flat picture are kept; if not, restore the drawing without them."""
         state, fallback = self.state, self.progress.fallback
         if self.lines is None or fallback is None:
             return True
@@ -109,13 +109,13 @@ class Work(Context):
         return kept
 
     def keep_if_better(self, improvement: float = 0.0, rise: float = 0.0) -> bool:
-        """Return whether the drawing's error is lower than that of the fallback, which it else becomes.
+        """Return whether the drawing is better than the fallback; if not, restore that.
 
-        By a share of it; or higher by less than `rise`.
+        Better: its error is lower by the share `improvement`, or higher by less than `rise`.
         """
         state, fallback = self.state, self.progress.fallback
         if fallback is None:
-            raise ValueError("the phase has no drawing to fall back to")
+            raise ValueError("the phase has no fallback")
         kept = self.visible_mse(state.drawing) < fallback.error * (1 - improvement) + rise
         if not kept:
             state.restore(fallback)

@@ -159,7 +159,7 @@ def test_resuming(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     )
     assert CHECKPOINT.read_bytes() == before
     assert cli.main(SHORT) == 0
-    assert "out.svg.checkpoint is of a run that was stopped: --resume would go on from it" in capsys.readouterr().err
+    assert "out.svg.checkpoint is of a run that was stopped: --resume would continue it" in capsys.readouterr().err
     assert cli.main([*SHORT, "--time-limit", "50", "--checkpoint", "mine", "-q"]) == 0
     assert cli.main([*SHORT, "--checkpoint", "mine", "--resume", "-q"]) == 0
     assert sorted(file.name for file in folder.iterdir()) == ["in.png", "out.svg"]

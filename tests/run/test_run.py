@@ -59,7 +59,7 @@ def test_a_finished_run_neither_begins_nor_ends_a_phase(device: int) -> None:
     for act in (run.begin, run.end):
         with pytest.raises(ValueError, match="the run is finished"):
             act()
-    with pytest.raises(ValueError, match="no drawing to fall back to"):
+    with pytest.raises(ValueError, match="the phase has no fallback"):
         run.keep_if_better()
 
 

@@ -168,7 +168,7 @@ def test_focal_points_are_approximated_and_the_error_is_said() -> None:
     errors = []
     for fx in (0.52, 0.6, 0.75):
         layers, left_out = walked(radial(f'fx="{fx}"') + RECT.format(""))
-        said = str(left_out).partition("beside the centre (1, off by ")[2].partition(" ")[0]
+        said = str(left_out).partition("off the centre (1, off by ")[2].partition(" ")[0]
         errors.append(float(said))
         found = layers[0].gradient
         assert found is not None
