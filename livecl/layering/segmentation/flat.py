@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,15 +129,35 @@ class FlatRegions:
         return self.colors[own[best]], float(errors[best])
 
 
-def flatness(image: NDArray[np.floating]) -> tuple[float, float, int]:
-    """Return quick measures: the shares of pixels in flat cores and of small steps (slopes), the number of cores."""
+class Flatness(NamedTuple):
+    """Quick measures of a picture: shares of its pixels, of its steps between neighbouring pixels, and a number."""
+
+    cored: float  #: pixels in flat cores
+    slopes: float  #: small steps: shading, or a border between near colours
+    bands: float  #: small steps from one core to another: shading; a border between flat regions has mixed pixels
+    cores: int  #: number of flat cores
+
+
+def flatness(image: NDArray[np.floating]) -> Flatness:
+    """Return quick measures of a picture (H, W, C)."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
-    steps = np.concatenate([np.abs(np.diff(pixels, axis=axis)).max(axis=-1).ravel() for axis in (0, 1)])
-    interruption.check()
     labels = _cores(pixels, _step(pixels))
     interruption.check()
-    slopes = float(np.mean((steps > CLEAN_STEP) & (steps <= SLOPE_STEP))) if len(steps) else 0.0
-    return float(np.mean(labels > 0)), slopes, int(labels.max())
+    steps, both = [], []
+    for axis in (0, 1):
+        steps.append(np.abs(np.diff(pixels, axis=axis)).max(axis=-1).ravel())
+        both.append((np.minimum(*_beside(labels, axis)) > 0).ravel())
+    interruption.check()
+    size = np.concatenate(steps)
+    slope = (size > CLEAN_STEP) & (size <= SLOPE_STEP)
+    share = float(1 / max(len(size), 1))
+    slopes, bands = (share * int(np.count_nonzero(these)) for these in (slope, slope & np.concatenate(both)))
+    return Flatness(float(np.mean(labels > 0)), slopes, bands, int(labels.max()))
+
+
+def _beside(values: IntArray, axis: int) -> tuple[IntArray, IntArray]:
+    """Return the values (H, W) of the first and the second of each two neighbours along an axis."""
+    return (values[:-1], values[1:]) if axis == 0 else (values[:, :-1], values[:, 1:])
 
 
 def _step(pixels: FloatArray) -> float:

@@ -12,11 +12,13 @@ from livecl.layering.segmentation.flat import SMALLEST, flat_regions, flatness
 def test_flatness_tells_cores_from_slopes_and_noise() -> None:
     flat = np.ones((20, 30, 3))
     flat[:, 15:] = 0.2
-    assert flatness(flat) == (1.0, 0.0, 2)
+    assert flatness(flat) == (1.0, 0.0, 0.0, 2)
     ramp = np.broadcast_to(np.linspace(0, 0.3, 30)[:, None], (20, 30, 3))  # 2.6 levels a pixel
-    assert flatness(ramp)[1] == pytest.approx(29 * 20 / (29 * 20 + 19 * 30))
+    assert flatness(ramp).slopes == pytest.approx(29 * 20 / (29 * 20 + 19 * 30))
+    bands = np.broadcast_to(np.repeat(np.arange(15) / 255, 2)[:, None], (20, 30, 3))  # two columns a level
+    assert flatness(bands).bands == pytest.approx(14 * 20 / (29 * 20 + 19 * 30))
     noise = np.random.default_rng(0).uniform(size=(20, 30, 3))
-    assert flatness(noise)[0] < 0.1
+    assert flatness(noise).cored < 0.1
 
 
 @pytest.mark.parametrize("share", [0.3, 0.8])

@@ -19,7 +19,7 @@ from livecl.drawing.fills import concatenate_fills
 from livecl.geometry.outlines import circle
 from livecl.layering.fills.ramps import Shading
 from livecl.layering.outlines.contours import Outlines
-from livecl.layering.segmentation.flat import clean_regions, noisy_regions
+from livecl.layering.segmentation.flat import clean_regions, flatness, noisy_regions
 from livecl.layering.structure import finding
 from livecl.layering.structure.finding import found_structure
 from livecl.layering.structure.layers import Layer
@@ -255,6 +255,17 @@ def test_noise_is_no_slope() -> None:
     assert found is not None and not found.shaded and len(found.ranked) == 2
 
 
+def test_borders_of_near_grays_are_no_shading() -> None:
+    """Mixed pixels between near colours differ slightly from both sides, as pixels on a slope do."""
+    picture = np.ones((60, 60, 3), np.float32)
+    stripe = np.repeat([0.80, 0.81, 0.82, 0.81], [5, 1, 5, 1])  # at a border half of each
+    picture[6:54, 6:54] = np.tile(stripe, 4)[None, :, None]
+    assert flatness(picture).slopes > 0.1
+    assert flatness(picture).bands == 0
+    found = found_structure(picture, WHITE, MANY)
+    assert found is not None and len(found.regions.sizes) == 9
+
+
 def test_regions_are_not_cut_out_of_what_is_nowhere_smooth(monkeypatch: pytest.MonkeyPatch) -> None:
     grain = np.random.default_rng(0).uniform(-0.03, 0.03, (64, 64, 3))
     photograph = (np.linspace(0.2, 0.8, 64)[None, :, None] + grain).astype(np.float32)
@@ -275,7 +286,7 @@ def test_regions_are_not_cut_out_of_a_photograph_with_a_smooth_sky(monkeypatch: 
     picture[48:] = np.random.default_rng(0).uniform(0, 1, (16, 64, 3))
     monkeypatch.setattr(finding, "_noisy", lambda *arguments: None)
     monkeypatch.setattr(finding, "_regions", lambda *arguments: pytest.fail("slopes are not flat"))
-    monkeypatch.setattr(finding, "MOST_SLOPES", 0.0)
+    monkeypatch.setattr(finding, "MOST_BANDS", 0.0)
     assert found_structure(picture, WHITE, MANY, SHADING) is None
 
 
