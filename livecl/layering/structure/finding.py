@@ -41,9 +41,9 @@ CLEAN_SHARE = 0.9
 #: that regions may leave unexplained. In 19 pictures of gradients and clip art it was at most .037, in 6 photographs,
 #: which take minutes to split, at least .17. This affects the time only.
 UNMIXED_SHARE = 2 * (1 - FLAT_SHARE)
-#: Largest share of neighbouring pixels in a flat picture that differ slightly though both lie in flat cores, as bands of
-#: shading do: at most .0001 in 340 flat drawings, more than .002 in 27 of 36
-#: gradients; the others are shaded more steeply.
+#: Largest share of neighbouring pixels in a flat picture that differ slightly though both lie in flat cores, as bands
+#: of shading do: at most .0001 in 340 flat drawings, more than .002 in 27 of 36 gradients, of which the others are
+#: steeper.
 MOST_BANDS = 0.002
 #: Most regions of a flat picture per 256 x 256 pixels.
 MOST_REGIONS = 150
