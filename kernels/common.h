@@ -11,8 +11,8 @@
 // A span is the row of tiles where a layer's box meets a strip: int4 (layer, strip, first tile | past-the-last tile << 16,
 // index of tile 0 of the strip among the stored tiles). Spans are sorted by strip, then by layer, bottom first.
 //
-// Kernels take structs and buffers of one subject each. How each buffer is laid out stands here, its size and the host's
-// side in livecl/rendering/layout.py.
+// Kernels take structs and buffers of one subject each. Their layouts are defined here, their sizes and the host's side in
+// livecl/rendering/layout.py.
 
 #if LANES == 4
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
@@ -21,8 +21,8 @@
 #pragma clang diagnostic error "-Wshadow"
 #endif
 
-// The smaller and the larger of two numbers or vectors. fmin, fmax and clamp of PoCL take three instructions for one, as they
-// must give the other number for one that is not a number; here either comes out.
+// Minimum, maximum and clamp of numbers or vectors. PoCL's fmin, fmax and clamp take three instructions instead of one, as
+// they must return the other operand for a NaN; these may return either.
 #define LESSER(a, b) ((a) < (b) ? (a) : (b))
 #define GREATER(a, b) ((a) > (b) ? (a) : (b))
 #define BETWEEN(a, low, high) ((a) < (low) ? (low) : LESSER(a, high))
@@ -38,16 +38,16 @@ typedef CONCAT(REAL, LANES) realv;
 typedef CONCAT(MASK, LANES) maskv;
 
 #define TILE 8
-// `tile_state`: the winding number of the whole tile, or EDGE where a line of the outline touches it.
+// `tile_state`: the winding number of the whole tile, or EDGE if a line of the outline touches it.
 #define EDGE 0x7fffffff
-// Rounding left over by the sums of one row of one layer: about a hundred deposits of at most 1.
+// Bound on the rounding error of one row's sums in one layer: about a hundred deposits of at most 1.
 #define SNAP ((real)128 * REAL_EPSILON)
-// Rounding of A where a pixel is full but for it: some ten deposits that add up to 1.
+// Bound on the rounding error of A in a full pixel: some ten deposits that add up to 1.
 #define KINK ((real)16 * REAL_EPSILON)
 
-// The canvases of one or more drawings, stacked, and the band that is worked on. Coordinates are those of the drawing's own
-// canvas: strip `period` is the first of the second drawing, at y = 0. Where layers need more memory than allowed, the strips
-// are worked on in bands, one after the other, in the same buffers. Sums go on from band to band.
+// The canvases of one or more drawings, stacked, and the current band. Coordinates are those of the drawing's own canvas:
+// strip `period` is the first of the second drawing, at y = 0. If layers need more memory than allowed, the strips are
+// processed in bands, one after the other, in the same buffers. Sums continue from band to band.
 typedef struct {
     int width, height;            // px, of a canvas
     int num_strips, num_tiles;    // strips of all canvases, tiles of a strip
@@ -61,7 +61,7 @@ inline int grid_top(Grid grid, int strip) { return strip % grid.period * LANES; 
 inline int grid_columns(Grid grid) { return grid.num_tiles * TILE; }
 inline int grid_plane(Grid grid) { return grid.num_strips * grid.num_tiles * TILE; }  // vectors of an image plane
 
-// A work-item of a kernel for tiles: its tile. Returns 0 where there is none, as global sizes are padded.
+// The tile of a work-item, in kernels with one for each tile. Returns 0 if there is none, as global sizes are padded.
 inline int grid_tile(Grid grid, int id, int *strip, int *tile)
 {
     *tile = id % grid.num_tiles;
@@ -69,11 +69,11 @@ inline int grid_tile(Grid grid, int id, int *strip, int *tile)
     return *strip < grid.last_strip;
 }
 
-// `tables`: the head, the spans (num_spans, int4), and the other tables where the head says, in ints from its begin.
-// One buffer for coverage, one for distances; they differ in lines and in the reach of the boxes.
+// `tables`: this head, the spans (num_spans, int4), and the other tables at the offsets given here, in ints from the head.
+// There is one buffer for coverage, one for distances; they differ in lines and in the reach of the boxes.
 typedef struct {
     int num_layers, num_segments, num_lines, num_spans;
-    int num_stored;      // tiles stored at a time: those of the band with most
+    int num_stored;      // tiles stored at a time: the largest number in a band
     int layer_strips;    // (num_layers, int2): index into layer_spans of strip 0, first strip | past-the-last strip << 16
     int layer_spans;     // (num_spans,): numbers of the spans, by layer, then by strip
     int strip_offsets;   // (num_strips + 1,): first span of each strip
@@ -114,7 +114,7 @@ inline __global real4 *lines_of(__global const Tables *tables, __global real4 *l
     return lines + tables->num_segments;
 }
 
-// The lines of a layer's segments, as coverage and distances go through them.
+// The lines of all layers' segments, for coverage and distances.
 typedef struct {
     __global const int *layer_segments, *line_offsets;
     __global const real4 *bounds, *lines;
@@ -127,10 +127,10 @@ inline Outlines outlines_of(__global const Tables *tables, __global const real4 
     return outlines;
 }
 
-// `cells`: what coverage stores of each tile.
+// `cells`: data of coverage for each tile.
 typedef struct {
     __global realv *area;      // (num_stored, TILE): A, in EDGE tiles only
-    __global realv *scratch;   // (num_stored, TILE): heights, colours below a run of layers, dL/dcoverage, in turn
+    __global realv *scratch;   // (num_stored, TILE): successively heights, colours below a run of layers, dL/dcoverage
     __global int *tile_state;  // (num_stored,)
 } Cells;
 
@@ -141,8 +141,8 @@ inline Cells cells_of(__global const Tables *tables, __global realv *cells)
     return at;
 }
 
-// `d_tiles`: what compositing sums up in each tile. A record of d_fills is described in fill.h. Handed on pointer by
-// pointer: of the whole struct, clang makes an intrinsic that Oclgrind does not know.
+// `d_tiles`: sums of compositing in each tile. A record of d_fills is described in fill.h. Pass the pointers one by one:
+// for the whole struct, clang emits an intrinsic that Oclgrind does not support.
 typedef struct {
     __global real4 *d_colors;  // (num_stored,): dL/d(r, g, b, opacity) of a layer
     __global real4 *d_canvas;  // (tiles of the band,): loss, dL/dbackground
@@ -190,8 +190,8 @@ inline real least_lane(realv v)
     return LESSER(quarter_least.x, quarter_least.y);
 }
 
-// `params`: where the fills begin (1), nothing (3), colours (N, 4), points (M, 3, 2), backgrounds (one a drawing, 4:
-// RGB and nothing), fills (fill.h).
+// `params`: offset of the fills (1), unused (3), colours (N, 4), points (M, 3, 2), backgrounds (4 for each drawing: RGB,
+// unused), fills (fill.h).
 inline __global const real *params_color(__global const real *params, int layer) { return params + 4 + 4 * layer; }
 inline __global const real *params_points(__global const real *params, int num_layers, int segment)
 {

@@ -3,8 +3,8 @@
 // opacities, background and coverage. With a background the image has 3 channels; without one it has 4, premultiplied: the
 // same recurrence with c = (r, g, b, 1) and nothing below (Porter and Duff 1984).
 //
-// Work-item: one tile. Where no outline passes, all pixels of the tile have one colour: it is found once, and as the
-// gradient is linear in dL/dimage, that is summed over the tile's columns first and goes down the layers once.
+// Work-item: one tile. If it has no outline, all its pixels have one colour, which is computed once; and as the gradient is
+// linear in dL/dimage, that is summed over the tile's columns first, and passed down the layers once.
 //
 // Images are planes of vectors, (CHANNELS, num_strips, num_tiles * TILE). Padding beyond the canvas is rendered and has
 // weight (or d_image) 0.
@@ -34,7 +34,7 @@ __kernel void composite_forward(Grid grid, __global const real *params, __global
         for (int i = 0; i < CHANNELS; i++) image[i * plane + row + column] = color[step == 1 ? column : 0].c[i];
 }
 
-// Where dL/dimage comes from: given, or that of a weighted squared error.
+// Source of dL/dimage: given, or that of a weighted squared error.
 typedef struct {
     __global const realv *d_image;                 // (CHANNELS, plane), or null
     __global const realv *target;                  // (CHANNELS, plane)
@@ -57,8 +57,8 @@ inline Objective objective_of(Grid grid, int strip, int tile, __global const rea
 // L = sum over pixels of scale * weight * |E|^2. With a background E = C - target, and dL/dC = 2 scale weight E. With the
 // distance weight d' and scale 1/3 this is eq. (2), with weight 1 and scale 1 / (3 H W) the mean squared error.
 //
-// Without one, let e be the error of premultiplied RGBA, C - target. Laid over a background b the picture is p + (1 - a) b
-// in each of R, G and B, so of the error e_i - e_a b is seen. Of black and white, the mean of its square is
+// Without one, let e be the error of premultiplied RGBA, C - target. Over a background b the picture is p + (1 - a) b in
+// each of R, G and B, so the visible error is e_i - e_a b. Over black and white, the mean of its square is
 //     1/2 e_i^2 + 1/2 (e_i - e_a)^2 = (e_i - e_a / 2)^2 + e_a^2 / 4,
 // summed over the three: |E|^2 with E_i = e_i - e_a / 2, E_a = sqrt(3) / 2 e_a. As E is linear in e, so is the gradient
 // in that by E, h = 2 scale weight E: dL/de_i = h_i, dL/de_a = sqrt(3) / 2 h_a - (h_r + h_g + h_b) / 2.
@@ -99,7 +99,7 @@ inline void objective_at(const Objective *objective, int column, Color color, Co
     for (int i = 0; i < CHANNELS; i++) g->c[i] += h.c[i];
 }
 
-// Whether any pixel of the tile has a say in the loss.
+// Whether any pixel of the tile has a nonzero weight in the loss.
 inline int objective_counts(const Objective *objective)
 {
     if (objective->d_image) return 1;
@@ -108,7 +108,7 @@ inline int objective_counts(const Objective *objective)
     return any(some);
 }
 
-// No gradient for the layers of the spans from `begin` to before `end`: hidden ones, or all where nothing counts.
+// Clear the gradients of the layers of spans `begin` to before `end`: hidden ones, or all in a tile without weight.
 inline void clear_layers(Site site, int begin, int end, __global real4 *d_colors, __global real *d_fills)
 {
     __global realv *d_coverage = site.scratch;
@@ -126,8 +126,8 @@ inline void clear_layers(Site site, int begin, int end, __global real4 *d_colors
     }
 }
 
-// On the way up, keep the colour below each run but the lowest. It is kept where d_coverage comes to be: the run's own
-// lowest tiles get their gradient there only after it has been used.
+// On the way up, keep the colour below each run except the lowest. It is stored in the place of d_coverage of the run's
+// lowest layers, which is written only after the colour has been used.
 inline void keep_colors(Site site, int step)
 {
     __global realv *kept = site.scratch;
@@ -154,12 +154,12 @@ inline Color kept_color(const Stack *stack, int column, __global const realv *ke
     return color;
 }
 
-// Run after run, the topmost first: its layers are composited from the colour kept below it, and the gradient goes on
-// down from where the layers above left it.
+// Run after run, the topmost first: its layers are composited again from the colour kept below it, and the gradient is
+// passed down through them.
 //
 //     d_color = a G'      d_a = G' . (c - C)      d_coverage = opacity d_a      d_opacity = coverage d_a,
-// as derived in composite.h, each summed over the tile's pixels but for d_coverage, which goes to scratch, in EDGE tiles;
-// the rest of G at the bottom is d_background. `d_canvas` is the tile's own.
+// as derived in composite.h, each summed over the tile's pixels, except d_coverage, which is stored in scratch for EDGE
+// tiles; G at the bottom is d_background. `d_canvas` is the tile's own.
 inline void tile_backward(Site site, const Objective *objective, __global real4 *d_colors, __global real4 *d_canvas,
                           __global real *d_fills)
 {
@@ -255,7 +255,7 @@ __kernel void composite_backward(Grid grid, __global const real *params, __globa
     tile_backward(site, &objective, sums.d_colors, sums.d_canvas + id, sums.d_fills);
 }
 
-// Forward, weighted squared error and backward at once, the image never leaving the work-item.
+// Forward, weighted squared error and backward in one kernel; the image stays inside the work-item.
 //
 // target  (CHANNELS, plane)  in      weight  (plane)  in      the others as in composite_backward, with the loss
 __kernel void composite_loss(Grid grid, __global const real *params, __global const Tables *tables,
@@ -271,7 +271,7 @@ __kernel void composite_loss(Grid grid, __global const real *params, __global co
     tile_backward(site, &objective, sums.d_colors, sums.d_canvas + id, sums.d_fills);
 }
 
-// The same under the distance weight, which is found here, from the weights of each layer by distance.cl.
+// The same with the distance weight, which is computed here from each layer's closeness of distance.cl.
 //
 // distance_tables, distances  in, as in distance_weight; the factors hold the scale
 __kernel void composite_distance_loss(Grid grid, __global const real *params, __global const Tables *tables,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Composite one layer over the colour below it, and its gradient; list the layers that a tile sees.
+// Composite one layer over the colour below it, and its gradient; list the visible layers of a tile.
 
 typedef struct {
     realv c[CHANNELS];
@@ -50,13 +50,13 @@ typedef struct {
     __global const realv *area;
     __global realv *scratch;
     int top, tile;
-    int bottom, first, last;  // spans of the strip; those from `first` on count
-    int covered;      // nothing below `first` shows: the lowest layer that counts is opaque all over the tile
-    int num_layers;   // how many of these spans' layers are there
-    int edges;        // whether an outline passes among them, or a gradient fills one
+    int bottom, first, last;  // spans of the strip; those before `first` are hidden
+    int covered;      // whether layer `first` is opaque all over the tile, and hides those below
+    int num_layers;   // number of layers in the tile, hidden ones excluded
+    int edges;        // whether one of them has an outline in the tile, or a gradient
 } Site;
 
-// Index of a span's tile at the site, or -1 where the layer is not there.
+// Index of a span's tile at the site, or -1 if the layer is not there.
 inline int site_tile(Site site, int span_id)
 {
     int4 span = site.spans[span_id];
@@ -65,8 +65,8 @@ inline int site_tile(Site site, int span_id)
     return site.tile_state[index] == 0 ? -1 : index;
 }
 
-// Leave out hidden layers: all below the num_opaque-th layer from the top that is opaque all over the tile. For colours
-// one such layer is enough; the gradient of its opacity needs the layers below, down to the next.
+// Describe a tile. Hidden are all layers below the num_opaque-th from the top that is opaque all over the tile. For
+// colours one such layer is enough; the gradient of its opacity needs the layers below, down to the next.
 inline Site site_at(Grid grid, __global const real *params, __global const Tables *tables, __global realv *cells,
                     int strip, int tile, int num_opaque)
 {
@@ -92,8 +92,8 @@ inline Site site_at(Grid grid, __global const real *params, __global const Table
     return site;
 }
 
-// A run of the layers that a site sees, bottom first: entries `begin` to DEPTH - 1. From the top down all runs have DEPTH
-// layers but the lowest, which has the rest.
+// A run of a site's visible layers, bottom first: entries `begin` to DEPTH - 1. All runs have DEPTH layers except the
+// lowest, which has the rest.
 #define DEPTH 32
 typedef struct {
     int begin;
@@ -105,7 +105,7 @@ typedef struct {
 
 inline int lowest_run(int num_layers) { return num_layers > 0 ? (num_layers - 1) % DEPTH + 1 : 0; }
 
-// Fill the stack with the next `count` layers from span k on upwards; returns the span to go on from.
+// Fill the stack with the next `count` layers from span k upwards; returns the span after them.
 inline int stack_upwards(Site site, int k, int count, Stack *stack)
 {
     stack->begin = DEPTH - count;
@@ -118,7 +118,7 @@ inline int stack_upwards(Site site, int k, int count, Stack *stack)
     return k;
 }
 
-// Fill the stack with the `count` layers next below span k; returns the lowest one's span, to go on from.
+// Fill the stack with the next `count` layers below span k; returns the span of the lowest.
 inline int stack_downwards(Site site, int k, int count, Stack *stack)
 {
     stack->begin = DEPTH - count;
@@ -143,7 +143,7 @@ inline realv site_coverage(Site site, int tile, int column)
 inline real site_x(Site site, int column) { return (real)(site.tile * TILE + column) + (real)0.5; }
 inline realv site_y(Site site) { return lane_rows() + ((real)site.top + (real)0.5); }
 
-// Find where the tile lies on the gradients of the stack.
+// Find the tile's place on the gradients of the stack.
 inline void stack_stretches(Site site, Stack *stack)
 {
     for (int i = stack->begin; i < DEPTH; i++)
@@ -162,7 +162,8 @@ inline Paint layer_paint(Site site, const Stack *stack, int i, int column)
 }
 #endif
 
-// What the backward needs again of a layer in one column: the colour below it and, with gradients, its paint.
+// Values of the forward that the backward needs, of a layer in one column: the colour below it and, with gradients, its
+// paint.
 typedef struct {
     Color below;
 #if FILLS

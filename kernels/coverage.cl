@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage, exact (the anti-aliasing): share of each pixel's area inside a layer, and its gradient by the outline.
+// Coverage: exact share of each pixel's area inside a layer (anti-aliasing), and its gradient with respect to the outline.
 //
 // Let A(p) be the integral over pixel p of the layer's winding number. Each line from (x0, y0) to (x1, y1) adds to it, in
 // the rows it passes, its height dy times the share of the pixel to the right of the line; pixels farther right get dy in
@@ -21,10 +21,10 @@ typedef struct {
     int4 span;
     __global int *tile_state;
     __global realv *area, *height;
-    int tile, index;  // the tile touched last, -1 where it is outside the span
+    int tile, index;  // the tile touched last, and its index, -1 outside the span
 } Row;
 
-// Make a tile an EDGE tile, clearing its sums when it is the first time. Returns its index, -1 outside the span.
+// Make a tile an EDGE tile, clearing its sums the first time. Returns its index, -1 outside the span.
 inline int touch(Row *row, int tile)
 {
     if (tile == row->tile) return row->index;
@@ -50,7 +50,7 @@ inline void deposit(Row *row, int column, int lane, real dy, real share)
     ((__global real *)row->height)[cell] += dy;
 }
 
-// The part of a line that passes left of the canvas acts on the first column in full.
+// Deposit the part of a line left of the canvas: it counts in full in the first column.
 inline void deposit_left(Row *row, real4 part, real top)
 {
     for (int lane = 0; lane < LANES; lane++) {
@@ -108,7 +108,7 @@ inline void cover_span(int id, Grid grid, __global const Tables *tables, __globa
         for (int i = index * TILE; i < (index + 1) * TILE; i++) {
             realv a = before + area[i];
             before += height[i];
-            area[i] = MAGNITUDE(a) < SNAP ? (realv)0 : a;  // so that the sign of 0 is 0
+            area[i] = MAGNITUDE(a) < SNAP ? (realv)0 : a;  // rounding errors must not have a sign
         }
     }
 }
@@ -120,7 +120,7 @@ __kernel void coverage_forward(Grid grid, __global const Tables *tables, __globa
     if (id < grid.last_span) cover_span(id, grid, tables, lines, cells);  // global size is padded
 }
 
-// Each layer's coverage by itself, min(|A|, 1), as a plane; 0 outside its spans. Work-item: one layer in one strip.
+// The coverage of each single layer, min(|A|, 1), as a plane; 0 outside its spans. Work-item: one layer in one strip.
 //
 // tables  in       cells  in: tile_state, area, as left by coverage_forward
 // planes  (N, num_strips, num_tiles * TILE)  out
@@ -154,7 +154,7 @@ typedef struct {
     __global const int *tile_state;
     __global const real *area, *d_coverage;
     int first_strip, last_strip;
-    int strip, tile, index;  // the tile looked up last, -1 where it stores no coverage
+    int strip, tile, index;  // the tile looked up last, and its index, -1 if it stores no coverage
 } Lookup;
 
 inline Lookup lookup_of(Grid grid, __global const Tables *tables, __global realv *cells, int layer)
@@ -188,8 +188,8 @@ inline int lookup_tile(Lookup *lookup, int strip, int tile)
     return lookup->index = lookup->tile_state[index] == EDGE ? index : -1;
 }
 
-// d_coverage times d coverage / dA at a pixel; 0 where no coverage is stored. `direction` is the sign of the change of A
-// that counts, 0 for both: at the kinks of min(|A|, 1) the mean of the two slopes.
+// d_coverage times d coverage / dA at a pixel; 0 if no coverage is stored. `direction` is the sign of the change of A for
+// one-sided slopes, or 0 for the mean of both at the kinks of min(|A|, 1).
 inline real cell_gradient(Lookup *lookup, int column, int row, int direction)
 {
     if (column < 0 || row < 0) return 0;
@@ -210,10 +210,10 @@ inline real cell_gradient(Lookup *lookup, int column, int row, int direction)
 //
 //     d_v0 = n sum over pixels of g * integral of (1 - s) ds,      d_v1 = n sum over pixels of g * integral of s ds
 //
-// It is right summed over a closed subpath. A line exactly on a border between pixels moves into one or the other: the
-// gradient is the mean of the two one-sided ones, g = (g before + g after) / 2, each with the slope for the change of A that
-// moving there makes: sign(n) moving towards larger coordinates, -sign(n) the other way. (Two opposite lines on one border
-// with nothing between them are an exception: |A| is then no sum over lines.)
+// This is correct summed over a closed subpath. A line exactly on a border between pixels can move into either: the
+// gradient is the mean of the two one-sided ones, g = (g before + g after) / 2, each with the slope for the sign of that
+// change of A: sign(n) towards larger coordinates, -sign(n) the other way. (Two opposite lines on one border with nothing
+// between them are an exception: |A| is then no sum over lines.)
 //
 // Work-item: one line.
 //
@@ -232,7 +232,7 @@ __kernel void coverage_backward(Grid grid, __global const Tables *tables, __glob
     int on_row_border = d.y == 0 && d.x != 0 && line.y == floor_of(line.y);
     int steep = MAGNITUDE(d.y) >= MAGNITUDE(d.x), sign_x = normal.x < 0 ? -1 : 1, sign_y = normal.y < 0 ? -1 : 1;
     real start = steep ? line.y : line.x, per_px = 1 / (steep ? d.y : d.x);
-    // Rows beyond the layer's strips have no cells, those beyond the band have their own turn.
+    // Rows outside the layer's strips have no cells, those outside the band are processed with theirs.
     int top = lookup.first_strip * LANES, bottom = min(grid.height, lookup.last_strip * LANES);
     int some = top < bottom && (MAGNITUDE(d.x) >= FLAT || MAGNITUDE(d.y) >= FLAT);
     if (some && clip_y(&part, top, bottom) && clip_x(&part, 0, grid.width)) {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distance weight, eq. (1) of the paper: d' = ReLU(tau - d) / sum of ReLU(tau - d), d being the unsigned distance from pixel
-// centre to a layer's flattened outline. It is a constant of the loss and has no backward.
+// Distance weight, eq. (1) of the paper: d' = ReLU(tau - d) / sum of ReLU(tau - d), with d the unsigned distance from a
+// pixel centre to a layer's flattened outline. It is a constant in the loss and has no backward.
 //
 // `closeness` is ReLU(tau - d), px. Only tiles within tau of the outline are stored; spans are those of the layers' boxes
 // grown by tau.
 #include "common.h"
 #include "distance.h"
 
-// A line, as distances are measured to it: the middle, the direction (of length 1), half the length.
+// A line as middle, unit direction and half length, for measuring distances.
 typedef struct {
     real2 middle, along;
     real half_length;
@@ -104,8 +104,8 @@ __kernel void distance_forward(Grid grid, real tau, __global const Tables *table
     if (id < grid.last_span) measure_span(id, grid, tau, tables, lines, distances);
 }
 
-// The factor of each layer's closeness in `scale` times the mean of eq. (1): scale / (n sum), n being the number of layers
-// whose outline is within tau of some pixel; 0 for the others. Work-item: one, alone.
+// The factor of each layer's closeness in `factor_scale` times the mean of eq. (1): factor_scale / (n sum), with n the
+// number of layers whose outline is within tau of some pixel; 0 for the others. A single work-item.
 //
 // tables  in      distances  in: span_sums; out: factors
 __kernel void distance_normalize(real factor_scale, __global const Tables *tables, __global realv *distances)
@@ -127,8 +127,8 @@ __kernel void distance_normalize(real factor_scale, __global const Tables *table
     }
 }
 
-// Mean over layers of d', or, for `released` (the authors' program), the largest closeness among the layers from
-// first_layer on. Work-item: one tile.
+// Mean over layers of d', or, if `released` (the authors' program), the largest closeness of the layers from first_layer
+// on. Work-item: one tile.
 //
 // tables, distances  in      weight  (plane)  out
 __kernel void distance_weight(Grid grid, int first_layer, int released, __global const Tables *tables,

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The distance weight of a tile, from the weights that distance.cl found for each layer.
+// The distance weight of a tile, from the closeness measured by distance.cl for each layer.
 
-// `distances`: the contents for each tile, span and layer.
+// `distances`: data of distance.cl for each tile, span and layer.
 typedef struct {
     __global realv *closeness;  // (num_stored, TILE), px, where near; 0 beyond the canvas
     __global real *span_sums;   // (num_spans,), px
     __global real *factors;     // (num_layers,), loss per px
-    __global int *near;         // (num_stored,): 1 where closeness is stored
+    __global int *near;         // (num_stored,): 1 if closeness is stored
 } Distances;
 
 inline Distances distances_of(__global const Tables *tables, __global realv *distances)
@@ -17,7 +17,7 @@ inline Distances distances_of(__global const Tables *tables, __global realv *dis
     return at;
 }
 
-// Index of a span's tile where closeness is stored, -1 where the layer's outline is not within tau.
+// Index of a span's tile if its closeness is stored; -1 if the layer's outline is not within tau.
 inline int near_tile(int4 span, __global const int *near, int tile)
 {
     if (tile < span_first(span) || tile >= span_last(span)) return -1;

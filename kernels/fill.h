@@ -1,32 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fill: the colour and opacity of a layer at a pixel centre, and their gradient, where a gradient fills the layer.
+// Fill: colour and opacity of a layer with a gradient fill at a pixel centre, and their derivatives.
 //
-// Built with -DFILLS=1 where some layer of the drawing is not solid; without, no kernel looks at fills at all.
+// Built with -DFILLS=1 if some layer of the drawing is not solid; without it, no kernel reads fills at all.
 //
-// Place.  With q = p - origin, (u, v) = A q, all from the host:
+// Place.  With q = p - origin and (u, v) = A q, where origin and A come from the host:
 //     linear  t = u,  A's first row (p1 - p0) / |p1 - p0|^2, origin p0       radial  t = |(u, v)|,  A = E^-1, origin c
 // A fill without an inverse has A = 0 and t = 2 everywhere: the last stop's colour.
 //
-// Colour.  Stops (o_k, c_k), c straight RGBA, k = 0 .. K - 1, as a telescope, which holds on at both ends by itself:
+// Colour.  Stops (o_k, c_k), c straight RGBA, k = 0 .. K - 1, as a telescoping sum, which is constant beyond both ends:
 //     s_k = clamp((t - o_k) / w_k, 0, 1),  w_k = o_{k+1} - o_k       c(t) = c_0 + sum_k s_k (c_{k+1} - c_k)
 // Where w_k = 0 it is a step: s_k = 1 from o_k on.
 //
 // Backward.  d_x stands for dL/dx; d = dL/dc at the pixel, in RGB a G' and in A coverage d_a (composite.h).
 //     d_c_{k+1} += s_k d,  d_c_k -= s_k d,  d_c_0 += d       d_s_k = d . (c_{k+1} - c_k)
 //     d_t = sum_k h_k d_s_k / w_k       d_o_k -= h_k (1 - s_k) d_s_k / w_k       d_o_{k+1} -= h_k s_k d_s_k / w_k
-// h_k is 1 within the stops, 0 beyond them and 1/2 just on one: the mean of both sides. A step's place has no gradient.
+// h_k is 1 between the stops, 0 beyond them and 1/2 exactly at one: the mean of both sides. A step's place has no gradient.
 //     linear  d_u = d_t, d_v = 0       radial  (d_u, d_v) = d_t (u, v) / t, and 0 at the centre, the mean over directions
-//     d_A = sum_p (d_u, d_v) q^T       d_q = A^T (d_u, d_v), which the host makes of sum_p (d_u, d_v)
-// The host goes on to the points (livecl/rendering/fills.py).
+//     d_A = sum_p (d_u, d_v) q^T       d_q = A^T (d_u, d_v), computed on the host from sum_p (d_u, d_v)
+// The host continues to the points (livecl/rendering/fills.py).
 #ifndef FILLS
 #define FILLS 0
 #endif
 
 #if FILLS
 #define RADIAL 2
-// Layout of the fills in `params`, from params[0] on: reals of a record of d_fills (4); of each layer (12): kind, first stop,
-// number of stops, t at the origin, origin (2), A (2, 2), nothing (2); of each stop (6): o, 1 / w or 0, RGBA.
-// A record: d_u, d_v, d_A (2, 2), and of each stop (5): d_o, d_c.
+// Layout of the fills in `params`, from offset params[0]: reals of a record of d_fills (4); for each layer (12): kind, first
+// stop, number of stops, t at the origin, origin (2), A (2, 2), unused (2); for each stop (6): o, 1 / w or 0, RGBA.
+// A record: d_u, d_v, d_A (2, 2), and for each stop (5): d_o, d_c.
 #define FILL_REALS 12
 #define STOP_REALS 6
 #define D_GEOMETRY 6
@@ -78,8 +78,8 @@ inline realv stop_share(__global const real *stop, realv t, realv *active)
     return BETWEEN(along, (realv)0, (realv)1);
 }
 
-// Where a tile lies on a gradient: t at its pixels, and the pieces between stops, `first` to before `last`, that it may meet.
-// Before these all shares are 1, after them 0, and neither changes.
+// Place of a tile on a gradient: t at its pixels, and the intervals between stops, `first` to before `last`, that these may
+// lie in. Before them all shares s_k are 1, after them 0, and their slopes 0.
 typedef struct {
     realv t[TILE];
     int first, last;

@@ -4,7 +4,7 @@
 
 // Vertex k of a segment of n pieces lies at t = k / n on
 //     P(t) = A + t (3 (B - A) + t (3 (C - 2 B + A) + t (D - A + 3 (B - C)))).
-// Written with differences, a segment whose control points share an x (or y) keeps it exactly: edges on pixel borders
+// In this form with differences, a segment whose control points share an x (or y) keeps it exactly: edges on pixel borders
 // stay there. The last vertex is D itself, so that neighbouring segments meet.
 //
 // params, tables  in       lines  out

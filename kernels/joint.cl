@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stages that do not wait for each other, in one launch: for few paths, launches and the waking of threads take longer than
-// the work. For drawings that need only one band. The sources make one program: what a stage does for one work-item is the
-// inline function of its own file.
+// Joint launches of independent stages: for few paths, launching kernels and waking threads takes longer than the work. Only
+// for drawings that fit into one band. All sources are one program: each stage's inline function is in its own file.
 #include "common.h"
 
 // Lines for coverage and lines for distances, as in flatten_forward. Work-item: one segment, for one of the two.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reduce: the partial sums of the tiles, added in a fixed order, so that the same input gives the same bytes whatever the
-// number of threads.
+// Reduce: add the partial sums of the tiles in a fixed order, so that the same input gives the same bytes for any number of
+// threads.
 #include "common.h"
 #include "composite.h"
 

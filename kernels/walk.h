@@ -14,15 +14,15 @@ typedef struct {
     real inverse_dx, inverse_dy;
     int step_x, step_y;         // direction, -1 or 1
     int columns_left, rows_left;  // borders still to cross
-    int state;                  // how the piece ends
+    int state;                  // border at which the piece ends
     Piece piece;
 } Walk;
 
-// A line that goes less far than this, px, in x or in y is taken not to go there at all where it is divided by how far it
-// goes: of subnormal numbers the quotients are infinite. The misplaced part is this high or wide at most.
+// Lines with a smaller extent in x or y than this, px, are treated as vertical or horizontal in divisions by the extent,
+// as quotients by subnormal numbers are infinite. The misplaced part is at most this high or wide.
 #define FLAT ((real)1e-30)
 
-// Cut the part of a line where its y lies within [low, high]; 0 where nothing is left. Cut ends lie exactly at the limit.
+// Clip a line to y within [low, high]; returns 0 if nothing is left. Clipped ends lie exactly at the limit.
 inline int clip_y(real4 *line, real low, real high)
 {
     real4 v = *line;
@@ -57,8 +57,8 @@ inline int ceil_of(real p)
     return whole + (whole < p);
 }
 
-// The pixel row or column that a point enters moving by d, and the one that it came through; a line that lies on a border
-// (d = 0) belongs to the pixels after it.
+// The pixel row or column that a point at p enters when it moves by d, and the one that it leaves; a line on a border (d =
+// 0) belongs to the pixels after the border.
 inline int cell_entered(real p, real d) { return d < 0 ? ceil_of(p) - 1 : floor_of(p); }
 inline int cell_left(real p, real d) { return d > 0 ? ceil_of(p) - 1 : floor_of(p); }
 
@@ -81,8 +81,8 @@ inline Walk walk_begin(real4 line)
     return walk;
 }
 
-// Go on to the next piece; 0 when the line has ended. The borders to cross are counted beforehand, so rounding can neither
-// skip a pixel nor walk for ever; pieces meet exactly, so their heights add up to the line's.
+// Advance to the next piece; returns 0 at the end of the line. The borders to cross are counted beforehand, so rounding can
+// neither skip a pixel nor loop for ever; pieces meet exactly, so their heights add up to the line's.
 inline int walk_next(Walk *walk)
 {
     if (walk->state == WALK_ENDED) return 0;

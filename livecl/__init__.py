@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """livecl: turns a picture into a layered, human-editable SVG of few closed Bézier paths.
 
-An implementation of LIVE ("Towards Layer-wise Image Vectorization", CVPR 2022) on OpenCL. Names are loaded when first
-used, so that ``import livecl`` is quick and SVG work needs no OpenCL device.
+An implementation of LIVE ("Towards Layer-wise Image Vectorization", CVPR 2022) on OpenCL. Names are loaded on first
+use, so that ``import livecl`` is fast and working with SVG needs no OpenCL device.
 """
 
 import lazy_loader

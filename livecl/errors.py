@@ -19,7 +19,7 @@ class DeviceError(LiveclError):
 
 
 class CheckpointError(LiveclError):
-    """A checkpoint cannot be read, or belongs to another run; nothing has been touched."""
+    """A checkpoint cannot be read, or belongs to another run; no file has been changed."""
 
 
 class DeviceMemoryError(DeviceError, MemoryError):
@@ -34,7 +34,7 @@ class KernelBuildError(LiveclError):
     message : str
         One line.
     log : str
-        All that the compiler said.
+        The compiler's complete log.
     """
 
     def __init__(self, message: str, log: str = "") -> None:
@@ -54,16 +54,16 @@ class ImageError(LiveclError):
 
 
 def readable(text: str) -> str:
-    """Return text on one line for a message: runs of control and other invisible characters become a space."""
+    """Return text as one line for a message: runs of control and other invisible characters become a space."""
     return " ".join("".join(character if character.isprintable() else " " for character in text).split())
 
 
-#: Names that a hint lists, at most.
+#: Largest number of names listed in a hint.
 MAX_LISTED = 12
 
 
 def name_hint(name: str, known: Iterable[str]) -> str:
-    """Return a hint for an unknown name: the nearest known name, or the first ones of all."""
+    """Return a hint for an unknown name: the nearest known name, or the first known names."""
     known = list(known)
     if near := difflib.get_close_matches(name, known, n=1, cutoff=0.5):
         return f"did you mean {near[0]!r}?"
@@ -72,6 +72,6 @@ def name_hint(name: str, known: Iterable[str]) -> str:
 
 
 def check_type(name: str, value: object, kind: type, wanted: str) -> None:
-    """Raise TypeError, by an argument's name, for a value that is not of a kind."""
+    """Raise TypeError, naming the argument, for a value of another type."""
     if not isinstance(value, kind):
         raise TypeError(f"{name}: got {type(value).__name__}, wanted {wanted}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Atomic writing of files, and checks before the work that a file can be written."""
+"""Write files atomically; check before the work that a file can be written."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import secrets
 import tempfile
 from pathlib import Path
 
-#: Free space required of a folder before the work, bytes: a drawing of hundreds of paths.
+#: Free space required in a folder before the work, bytes: that of a drawing of hundreds of paths.
 MIN_ROOM = 1 << 16
 
 
@@ -54,9 +54,9 @@ def write_atomically(path: str | os.PathLike[str], data: str | bytes) -> None:
 
 
 def remove_leftovers(path: str | os.PathLike[str]) -> None:
-    """Delete temporary files that killed writes of a file left beside it.
+    """Delete temporary files beside a file that were left by killed writes.
 
-    Only for a file that no one else is writing now.
+    No other process may be writing the file.
     """
     target = Path(path).resolve()
     for leftover in target.parent.glob(f"{_temporary_prefix(target)}*.tmp"):
@@ -77,9 +77,9 @@ def check_file(file: Path) -> None:
 
 
 def check_folder(folder: Path, wanted: Path) -> None:
-    """Raise ValueError, which names the expected argument, if no file can be made in a folder.
+    """Raise ValueError, naming the file `wanted`, if no file can be created in a folder.
 
-    Access rights alone do not tell (the superuser, disks that cannot be written, or are full), so one is made.
+    A file is created to find out: access rights are not conclusive (superuser, read-only or full disks).
     """
     if not folder.exists():
         raise ValueError(f"{wanted}: the folder {folder} does not exist")

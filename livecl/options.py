@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of the method, and the presets that name sets of them."""
+"""The parameters of the method, and presets of them."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ class Options:
 
     @classmethod
     def preset(cls, name: str, **changes: Any) -> Options:
-        """Return the options that a preset of the command line stands for, with changes.
+        """Return the options of a preset, with changes.
 
         Parameters
         ----------
@@ -214,7 +214,7 @@ class Options:
 
         Notes
         -----
-        The command line also has a number of paths for some: :data:`PRESET_PATHS`.
+        On the command line, some presets also set the number of paths: :data:`PRESET_PATHS`.
         """
         if name not in PRESETS:
             raise ValueError(f"preset: got {reprlib.repr(name)}, wanted {' or '.join(map(repr, PRESETS))}")
@@ -231,7 +231,7 @@ class Options:
 
     @classmethod
     def released(cls, **changes: Any) -> Options:
-        """Return the options of the authors' released program where it differs from their text.
+        """Return the options of the authors' released program, which differs from their text.
 
         One distance weight for the union of the newest paths, added to those of earlier stages; Xing loss of the newest
         paths only, with a further factor of 1e-3; learning rates that fall to 0.4 every 500 steps; components of the
@@ -241,16 +241,16 @@ class Options:
 
     @classmethod
     def diffvg(cls, **changes: Any) -> Options:
-        """Return the paper's comparison: random paths of random colours, trained on the mean squared error.
+        """Return the paper's baseline: random paths of random colours, trained on the mean squared error.
 
-        To be run with all paths in one stage.
+        Run it with all paths in one stage.
         """
         baseline = {"loss": "mse", "xing_weight": 0.0, "placement": "random", "shape": "random", "new_color": "random"}
         return cls(**{**_PAPER, **baseline, **changes})
 
 
 def _described() -> str:
-    """Return the parameters of `Options` as numpydoc has them, from the fields themselves."""
+    """Format the fields of `Options` as numpydoc parameters."""
     hints, entries = get_type_hints(Options), []
     for field in dataclasses.fields(Options):
         *others, last = [f'"{choice}"' for choice in get_args(hints[field.name])] or [hints[field.name].__name__]
@@ -324,7 +324,7 @@ _PAPER: dict[str, Any] = {
 
 
 def _kind(**values: Any) -> Callable[..., Options]:
-    """Return a maker of options that differ from the default by some values."""
+    """Return a function that makes options with the given defaults changed."""
 
     def make(**changes: Any) -> Options:
         return Options(**{**values, **changes})
@@ -332,7 +332,7 @@ def _kind(**values: Any) -> Callable[..., Options]:
     return make
 
 
-#: Presets by the name that the command line knows them by.
+#: Presets by name.
 PRESETS: dict[str, Callable[..., Options]] = {
     "default": Options,
     "paper": Options.paper,
@@ -343,5 +343,5 @@ PRESETS: dict[str, Callable[..., Options]] = {
     "photo": _kind(),
     "draft": _kind(iterations=60, revisions=0),
 }
-#: Number of paths, at most, of the presets that have one.
+#: Maximum number of paths of the presets that set one.
 PRESET_PATHS = {"paper": 8, "released": 8, "diffvg": 8, "photo": 128, "draft": 8}

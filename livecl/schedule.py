@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 #: Largest number of paths added in a stage of the growing schedule (the paper's implementation details).
 MAX_PER_STAGE = 32
-#: Paths of a method that does not judge them, as the paper's, where neither a number nor a list is given.
+#: Default number of paths if they are not chosen by their gain, as in the paper.
 DEFAULT_PATHS = 8
-#: Largest number of paths when it is chosen by their gain: by default, and with "auto".
+#: Largest number of paths if they are chosen by their gain: by default, and with "auto".
 MAX_DEFAULT_PATHS, MAX_AUTO_PATHS = 32, 256
-#: Largest number of paths in a request: reading a drawing accepts no more elements.
+#: Largest number of paths in a request: the reader of drawings accepts no more elements.
 MAX_PATHS = 100_000
 
 
@@ -32,15 +32,14 @@ def growing_schedule(paths: int) -> tuple[int, ...]:
 
 
 def parse_schedule(schedule: str | Sequence[int] | None, paths: int | str | None = None) -> tuple[int, ...]:
-    """Return the paths that each stage adds.
+    """Return the number of paths added by each stage.
 
     Parameters
     ----------
     schedule : str, sequence of int, or None
         ``"exp"`` or None for the growing schedule, else the paths of each stage, as numbers or as text "1,1,2".
     paths : int, "auto" or None
-        Paths in all; the growing schedule without a number makes 8, with "auto" 256 at most. A list fixes the number
-        itself.
+        Total number of paths; the growing schedule has 8 by default, with "auto" at most 256. A list has its own total.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Batches: vectorize many pictures into a folder of SVGs, on this machine's cores or on a cluster's workers."""
+"""Batches: vectorize many pictures into a folder of SVGs, on this machine or on a cluster."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _log = logging.getLogger(__name__)
 
 @dataclasses.dataclass(frozen=True)
 class Workers:
-    """Workers of a batch: how many, cores for each, and the address of a Dask scheduler, if any.
+    """Workers of a batch: number, cores of each, and the address of a Dask scheduler, if any.
 
     Raises ValueError if a number is not usable; the message names it.
     """
@@ -53,7 +53,7 @@ class Batch:
     pictures : list of Input
         The pictures, and the name of each one's SVG.
     recipe : Recipe
-        The request that holds for each picture.
+        Settings for each picture.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class Batch:
         self.recipe = request.recipe
         self._fingerprint = self.recipe.fingerprint
         self._request, self._workers = request, Workers() if workers is None else workers
-        # A picture that was stopped is done for the same time limit only.
+        # A picture that was stopped counts as done for the same time limit only.
         self._stopped_fingerprint = _digest(f"{self._fingerprint} {request.time_limit}".encode())
         self._skip_done = skip_done
         if self._workers.scheduler is None:
@@ -96,7 +96,7 @@ class Batch:
                 on_outcome(outcome)
 
         def tasks() -> Iterator[Task]:
-            """Read the pictures one by one as they are wanted, and settle at once those that need no worker."""
+            """Read the pictures one by one on demand; those that need no worker are settled at once."""
             for number, picture in enumerate(self.pictures):
                 try:
                     data = picture.file.read_bytes()
@@ -134,7 +134,7 @@ class Batch:
         return work_on_cluster(tasks, self._request, client)
 
     def _done(self, picture: Input, digest: str) -> Outcome | None:
-        """Return the outcome of a picture that needs no work: its SVG is there as it would be made."""
+        """Return the outcome of a picture that is already done: its SVG exists, as it would be made now."""
         row = self._summary.get(picture.output)
         if row is None or row.picture != digest or row.recipe not in (self._fingerprint, self._stopped_fingerprint):
             return None
@@ -192,10 +192,10 @@ def vectorize_files(
 ) -> list[Outcome]:
     """Vectorize pictures into a folder of SVGs, several at a time.
 
-    Each SVG is the one that a run of that picture alone gives, to the last byte. It is written when its picture is
-    done, and ``summary.csv`` beside it has a row for each picture. One that fails does not stop the others; nor does a
-    worker that dies: its picture is tried again, three times in all. A script that calls this must do so under
-    ``if __name__ == "__main__":``, as all that start processes do.
+    Each SVG is the same, to the last byte, as that of a run of its picture alone. It is written as soon as its picture
+    is done, and ``summary.csv`` has a row for each picture. A picture that fails does not stop the others; nor does a
+    crashed worker: its picture is tried up to three times. A script must call this under
+    ``if __name__ == "__main__":``, as it starts processes.
 
     Parameters
     ----------
@@ -203,25 +203,25 @@ def vectorize_files(
         Pictures, folders of pictures, patterns such as ``photos/*.png``; see
         :func:`livecl.batch.inputs.find_pictures` for how the SVGs are named.
     output_folder : path
-        Where the SVGs go; made if only its last part is missing.
+        Folder for the SVGs; created if its parent exists.
     recipe : Recipe, optional
         Paths, options and size for each picture.
     device : int, str or None
         OpenCL device, of each worker's machine.
     workers : int, optional
-        Worker processes; as many as there are cores where not given.
+        Number of worker processes (default: one per core).
     threads : int
         Cores that PoCL may use in each worker.
     scheduler : str, optional
-        Address of a Dask scheduler whose workers do the work instead (their number and threads are then the cluster's),
-        or "local" for a Dask cluster on this machine for the time of the batch. Needs the extra ``cluster``.
+        Address of a Dask scheduler whose workers do the work (workers and threads are then the cluster's), or "local"
+        for a temporary Dask cluster on this machine. Needs the extra ``cluster``.
     skip_done : bool
-        Leave a picture out whose SVG is there as a batch has written it, from the same bytes, with the same recipe and
-        the same version of livecl.
+        Skip pictures whose SVG exists as written by a batch, from the same bytes, with the same recipe and the same
+        version of livecl.
     time_limit : float, optional
-        Seconds after which the work on a picture ends with its best drawing so far.
+        Seconds after which the run of a picture ends with its best drawing so far.
     on_outcome : callable, optional
-        Called with the outcome of each picture as it ends.
+        Called with the outcome of each picture.
 
     Returns
     -------
@@ -231,9 +231,9 @@ def vectorize_files(
     Raises
     ------
     ValueError
-        If an argument is not usable, an input is not there, or no scheduler answers, before any work.
+        If an argument is not usable, an input is missing, or no scheduler answers, before any work.
     DeviceError
-        If the device cannot be had on this machine, before any work.
+        If the device is not available on this machine, before any work.
     LiveclError
         If worker processes do not start, or the scheduler is lost.
     """
@@ -261,5 +261,5 @@ def _digest(data: bytes) -> str:
 
 
 def _shown(path: Path) -> str:
-    """Return a file's name as text that can be printed and written, whatever its bytes."""
+    """Return a file's name as printable text, whatever its bytes."""
     return os.fsencode(path).decode("utf-8", "replace")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dask clusters: send pictures to the workers as bytes, receive SVGs as text.
 
-Dask gives the pictures of a worker that is lost to others, and gives one up that has cost several workers their life.
-Its package is the extra ``cluster``.
+Dask reassigns the pictures of a lost worker, and gives up a picture after several workers have died with it. Its
+package is the extra ``cluster``.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-#: The address that stands for a cluster on this machine, for the time of the batch.
+#: Address of a temporary cluster on this machine.
 LOCAL = "local"
 #: Seconds in which a scheduler must answer.
 CONNECT_SECONDS = 10
-#: States of a picture that was done, but whose worker died before its SVG was fetched: Dask has it made again.
+#: States of a finished picture whose worker died before its SVG was fetched: Dask repeats it.
 TAKEN_BACK = ("lost", "pending")
-#: Pictures sent ahead for each thread of the cluster, so that none waits for its next.
+#: Pictures sent per thread of the cluster, so that no thread waits for its next one.
 AHEAD = 2
 
 
@@ -42,15 +42,15 @@ def check_scheduler(scheduler: str) -> None:
 
 @contextlib.contextmanager
 def cluster_client(scheduler: str, *, workers: int | None = None, threads: int = 1) -> Iterator[Client]:
-    """Connect to a Dask scheduler for a while.
+    """Context manager: connect to a Dask scheduler.
 
     Parameters
     ----------
     scheduler : str
-        Address, such as ``tcp://192.168.0.10:8786``; or "local" for worker processes of this machine that end with the
+        Address, such as ``tcp://192.168.0.10:8786``; or "local" for worker processes on this machine that end with the
         batch.
     workers : int, optional
-        Processes of the "local" cluster; as many as there are cores where not given.
+        Processes of the "local" cluster (default: one per core).
     threads : int
         Cores that PoCL may use in each process of the "local" cluster.
 
@@ -63,8 +63,8 @@ def cluster_client(scheduler: str, *, workers: int | None = None, threads: int =
     import dask
 
     limits = {
-        "distributed.scheduler.allowed-failures": MAX_ATTEMPTS - 1,  # of a scheduler that is started here
-        "distributed.admin.large-graph-warning-threshold": "1 GiB",  # pictures are large, and meant to travel
+        "distributed.scheduler.allowed-failures": MAX_ATTEMPTS - 1,  # for a scheduler started here
+        "distributed.admin.large-graph-warning-threshold": "1 GiB",  # large pictures are sent on purpose
     }
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set(limits))
@@ -99,8 +99,8 @@ def work_on_cluster(
 ) -> Generator[tuple[int, Made | str], None, None]:
     """Work on pictures with the workers of a cluster; see :func:`livecl.batch.pool.work_locally`.
 
-    Dask cannot tell which of the pictures that a dead worker had was its end, and may give up all of them. Those are
-    tried once more when the others are done, one at a time. Raises LiveclError if the scheduler is lost.
+    Dask cannot tell which of a dead worker's pictures crashed it, and may give up all of them. Those are tried once
+    more at the end, one at a time. Raises LiveclError if the scheduler is lost.
     """
     if not client.nthreads():
         _log.warning("the scheduler has no workers yet; waiting for some")
@@ -124,7 +124,7 @@ def _answers(tasks: Iterator[Task], request: Request, client: Client) -> Iterato
     finished = as_completed(loop=client.loop)
 
     def send() -> None:
-        """Keep each thread of the cluster, also of workers that have come since, busy and one picture ahead."""
+        """Send pictures so that each thread, also of new workers, has one and a further one waiting."""
         threads = sum(client.nthreads().values())
         while len(sent) < AHEAD * max(1, threads) and (task := next(tasks, None)) is not None:
             future = client.submit(make, task.data, task.name, request, pure=False)
@@ -139,7 +139,7 @@ def _answers(tasks: Iterator[Task], request: Request, client: Client) -> Iterato
         task = sent.pop(future)
         answer: Made | str | None = None
         if future.status == "finished":
-            with contextlib.suppress(KilledWorker):  # its worker died with the result, and those that made it again
+            with contextlib.suppress(KilledWorker):  # its worker died with the result, and those that repeated it
                 answer = future.result()
         elif future.status != "error":
             raise LiveclError("scheduler: the connection to the Dask scheduler was lost")

@@ -22,18 +22,18 @@ class Input:
 
 
 def is_pattern(text: str) -> bool:
-    """Return whether a text is a pattern such as ``photos/*.png``, and no file of that name is there."""
+    """Return whether a text is a pattern such as ``photos/*.png``, and not the name of a file."""
     return glob.has_magic(text) and not os.path.lexists(text)
 
 
 def find_pictures(inputs: Iterable[str | os.PathLike[str]]) -> list[Input]:
-    """Return the pictures that files, folders and patterns stand for, each once, in their order.
+    """Return the pictures of files, folders and patterns, each once, in order.
 
-    A folder stands for the pictures in it and in its folders, by their endings, without hidden ones. The SVG of
-    ``photos/a/b.png`` is ``a/b.svg`` where the folder ``photos`` was given, and ``b.svg`` where the file was. Where two
-    would share a name, ignoring case, they are named by their place below the folder that holds all inputs, and where
-    that does not tell them apart either (``b.png`` and ``b.jpg``), the picture's own ending is kept: ``b.png.svg``.
-    Raises ValueError if an input is not there, or stands for no picture.
+    Folders are searched recursively for pictures, by suffix, without hidden files. The SVG of ``photos/a/b.png`` is
+    ``a/b.svg`` if the folder ``photos`` was given, and ``b.svg`` if the file was. Pictures that would share a name,
+    ignoring case, are named by their path below the common folder of all inputs; if that does not distinguish them
+    (``b.png`` and ``b.jpg``), their suffix is kept: ``b.png.svg``. Raises ValueError if an input is missing or has no
+    pictures.
     """
     found: dict[str, tuple[Path, Path]] = {}  # by real path: the file, and its path below the input
     for given in inputs:
@@ -42,7 +42,7 @@ def find_pictures(inputs: Iterable[str | os.PathLike[str]]) -> list[Input]:
             raise ValueError("inputs: got an empty path, wanted pictures or folders of pictures")
         files = _expanded(text)
         if not files:
-            kind = "the pattern fits no picture" if is_pattern(text) else "the folder holds no pictures"
+            kind = "the pattern matches no picture" if is_pattern(text) else "the folder holds no pictures"
             raise ValueError(f"{text}: {kind} ({', '.join(sorted(SUFFIXES))})")
         for file, place in files:
             found.setdefault(os.path.realpath(file), (file, place))
@@ -90,7 +90,7 @@ def _outputs(files: Sequence[tuple[Path, Path]]) -> list[str]:
         counts = Counter(name.casefold() for name in names)
         shared = [index for index in shared if counts[names[index].casefold()] > 1]
     taken = {name.casefold() for index, name in enumerate(names) if index not in shared}
-    for index in shared:  # names that differ in case only
+    for index in shared:  # names equal apart from case
         stem, number = names[index].removesuffix(".svg"), 1
         while names[index].casefold() in taken:
             number += 1

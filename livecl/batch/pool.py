@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pool of worker processes, each with an OpenCL context of its own; a crashed one is replaced.
+"""Pool of worker processes, each with its own OpenCL context; crashed ones are replaced.
 
-The processes are spawned, because a forked child hangs in its first OpenCL call if the parent has made one, and they
-are managed here, because the standard library's pools give up all work when one process is killed.
+The processes are spawned, because a forked child hangs in its first OpenCL call if the parent has made one, and managed
+here, because the standard library's pools give up all work if one process is killed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from livecl.errors import LiveclError
 
 #: Attempts per picture when workers crash.
 MAX_ATTEMPTS = 3
-#: Seconds to wait for a worker that was told to end.
+#: Seconds to wait for a worker to end.
 END_SECONDS = 5.0
 
 _log = logging.getLogger(__name__)
@@ -38,14 +38,14 @@ class Task:
 
 
 class _Worker:
-    """A worker process, the connection to it, and the task that it has, or gets once it is ready."""
+    """A worker process, the connection to it, and its task."""
 
     def __init__(self, request: Request, threads: int) -> None:
         context = multiprocessing.get_context("spawn")
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=serve, args=(theirs, request, threads), daemon=True)
         self.process.start()
-        theirs.close()  # so that the connection ends when the process does
+        theirs.close()  # so that the connection closes when the process ends
         self.task: Task | None = None
         self.ready = False
 
@@ -56,7 +56,7 @@ class _Worker:
                 self.connection.send((task.data, task.name))
 
     def end(self) -> int | None:
-        """End the process if it has not ended, and return its exit code."""
+        """End the process if it is running, and return its exit code."""
         self.connection.close()
         self.process.terminate()
         self.process.join(END_SECONDS)
@@ -69,25 +69,25 @@ class _Worker:
 def work_locally(
     tasks: Iterable[Task], request: Request, *, workers: int | None = None, threads: int = 1
 ) -> Generator[tuple[int, Made | str], None, None]:
-    """Work on pictures in processes of this machine.
+    """Vectorize pictures in processes on this machine.
 
-    A picture whose worker dies (killed, out of memory, a crash in the driver) is given to another, three times in all.
+    A picture whose worker dies (killed, out of memory, a crash in the driver) is tried by another, up to three times.
 
     Parameters
     ----------
     tasks : iterable of Task
-        The pictures; taken one by one as workers come free.
+        The pictures; read one by one when a worker is free.
     request : Request
-        The request that holds for each picture.
+        Settings for each picture.
     workers : int, optional
-        Processes; as many as there are cores for this one where not given.
+        Number of processes (default: one per core available to this process).
     threads : int
         Cores that PoCL may use in each.
 
     Yields
     ------
     (int, Made or str)
-        The number of a picture and its SVG, or why there is none; in the order in which they end.
+        The number of a picture and its SVG, or the reason of its failure; in the order of completion.
 
     Raises
     ------
@@ -142,7 +142,7 @@ class _Pool:
                     yield task.number, answer
 
     def _feed(self, tasks: Iterator[Task]) -> None:
-        """Give a task to each idle worker, and to new ones while there are fewer than wanted."""
+        """Give a task to each idle worker, and to new workers up to the wanted number."""
         idle = [worker for worker in self._workers if worker.task is None]
         while idle or len(self._workers) < self._size:
             task = self._left.popleft() if self._left else next(tasks, None)
@@ -156,7 +156,7 @@ class _Pool:
     def _bury(self, worker: _Worker, task: Task) -> str | None:
         """Remove a crashed worker; return the reason to give up its picture, or None if it is tried again."""
         self._workers.remove(worker)
-        worker.process.join(END_SECONDS)  # for its own exit code
+        worker.process.join(END_SECONDS)  # to get its exit code
         code = worker.end()
         if not worker.ready:
             self._failed_starts += 1

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Summary of a batch: the outcome of each picture, as a table beside the SVGs.
 
-The table is also the batch's memory: a picture is done if its row says so for the same picture and recipe, and the SVG
-that is there is the one that was written.
+The table also tells which pictures are done: those with a row for the same picture and recipe, and whose SVG has not
+changed since.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from livecl.files import write_atomically
 
 #: Name of the table in the output folder.
 SUMMARY = "summary.csv"
-#: Least seconds between two rewritings of the table: a killed batch repeats the pictures finished since.
+#: Least time between two writings of the table, seconds: a killed batch repeats the pictures finished since.
 SUMMARY_PERIOD = 1.0
 
 Status = Literal["done", "skipped", "failed"]
@@ -37,17 +37,17 @@ class Outcome:
     output : str
         Its SVG, relative to the output folder, with ``/`` between folders.
     status : "done", "skipped" or "failed"
-        Skipped: it was done already.
+        Skipped: it was already done.
     paths : int or None
-        Number of layers; this and the following fields are None, or "", without a drawing.
+        Number of layers; without a drawing, this and the following fields are None or "".
     mse : float or None
-        Mean squared error, measured on the pixels that were worked on.
+        Mean squared error at the working size.
     seconds : float or None
         Time of its stages.
     width, height, working_width, working_height : int or None
         Size of the picture and of its working copy, px.
     message : str
-        Why it failed, or was stopped.
+        Reason of a failure or stop.
     picture, recipe, svg : str
         SHA-256 of the picture's bytes and of the SVG's, fingerprint of the recipe.
     """
@@ -84,13 +84,13 @@ class Summary:
         return self._rows.get(output)
 
     def add(self, outcome: Outcome) -> None:
-        """Put in a row, in place of an earlier one of the same output; written now and then."""
+        """Add a row, or replace that of the same output; the table is written periodically."""
         self._rows[outcome.output] = outcome
         if time.monotonic() - self._written >= SUMMARY_PERIOD:
             self.write()
 
     def write(self) -> None:
-        """Write the table, by output, replacing the file atomically."""
+        """Write the table, sorted by output, replacing the file atomically."""
         text = io.StringIO()
         writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n")
         writer.writeheader()
@@ -100,9 +100,9 @@ class Summary:
 
 
 def _read(path: Path) -> list[Outcome]:
-    """Return the rows of a table, without those that cannot be read; none where there is no file.
+    """Return the readable rows of a table; none if there is no file.
 
-    Raises ValueError if the file is another's, which must not be overwritten.
+    Raises ValueError if the file is no table of a batch, and must not be overwritten.
     """
     try:
         reader = csv.DictReader(io.StringIO(path.read_text(encoding="utf-8")))

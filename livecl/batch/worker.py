@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A worker's job in any process: bytes of a picture in, text of an SVG out."""
+"""Work of a worker process: bytes of a picture in, text of an SVG out."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from livecl.run.control import Control
 from livecl.run.recipe import Recipe
 from livecl.version import __version__
 
-#: Environment variable by which PoCL is told the number of its threads, read once, when OpenCL is first used.
+#: Environment variable with PoCL's number of threads, read once, when OpenCL is first used.
 THREADS_VARIABLE = "POCL_MAX_PTHREAD_COUNT"
-#: A process works on one picture at a time, also where it has several threads to work with.
+#: A process works on one picture at a time, even if a cluster gives it several threads.
 _one_at_a_time = threading.Lock()
 
 
 @dataclasses.dataclass(frozen=True)
 class Request:
-    """Request that holds for each picture; sent to the workers once, or with each picture."""
+    """Settings for each picture; sent to workers once, or with each picture."""
 
     recipe: Recipe  # how to vectorize
     device: int | str | None = None  # OpenCL device of the worker's machine
     time_limit: float | None = None  # seconds for each picture
-    version: str = __version__  # version of livecl that asks; a worker's own must be the same
+    version: str = __version__  # livecl's version here; the worker's must be the same
 
 
 @dataclasses.dataclass(frozen=True)
 class Made:
-    """A picture's SVG and the figures of its run; sizes are (height, width), px; warnings, and why it was stopped."""
+    """A picture's SVG and figures of its run; sizes are (height, width), px; warnings, and the reason if stopped."""
 
     svg: str
     paths: int
@@ -51,7 +51,7 @@ def make(data: bytes, name: str, request: Request) -> Made | str:
     Returns
     -------
     Made or str
-        The SVG, or one line that says why there is none: no picture may end a batch.
+        The SVG, or one line with the reason of the failure: no picture may end a batch.
     """
     from livecl.image.reading import read_image
 
@@ -78,10 +78,10 @@ def make(data: bytes, name: str, request: Request) -> Made | str:
 
 
 def serve(connection: Connection, request: Request, threads: int) -> None:
-    """Work on the pictures that come through a connection until it is closed; the body of a worker process.
+    """Vectorize the pictures received from a connection until it is closed; the main function of a worker process.
 
-    Sends None when ready, then :func:`make` of each (data, name). An interruption from the keyboard,
-    which reaches all processes of a terminal, is left to the process that started this one.
+    Sends None when ready, then :func:`make` of each (data, name). A keyboard interrupt, which reaches all processes of
+    a terminal, is left to the parent process.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ[THREADS_VARIABLE] = str(threads)
@@ -90,5 +90,5 @@ def serve(connection: Connection, request: Request, threads: int) -> None:
         while True:
             data, name = connection.recv()
             connection.send(make(data, name, request))
-    except (EOFError, OSError):  # the other end has gone
+    except (EOFError, OSError):  # the connection is closed
         return

@@ -31,7 +31,7 @@ def concatenate(below: Drawing, above: Drawing) -> Drawing:
     Returns
     -------
     Drawing
-        The layers of both, on the canvas and the background of `below`.
+        The layers of both, with canvas and background of `below`.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def outlines_of(drawing: Drawing) -> list[list[FloatArray]]:
 def with_outlines(drawing: Drawing, outlines: Sequence[Sequence[FloatArray]], **fields: Any) -> Drawing:
     """Replace the outlines of a drawing's layers by subpaths (m, 3, 2), and other `fields`.
 
-    Filled layers may get more or fewer subpaths; which lines of strokes are open stays as it is.
+    Filled layers may get more or fewer subpaths; lines of strokes stay open or closed.
     """
     subpaths = [subpath for outline in outlines for subpath in outline]
     if "strokes" not in fields and drawing.strokes.any:
@@ -99,7 +99,7 @@ def stretched(drawing: Drawing, factors: ArrayLike, size: tuple[int, int], offse
     drawing : Drawing
         Any drawing.
     factors : (2,) or float array_like
-        Factors of x and y. Strokes, which are as wide in all directions, are scaled by their geometric mean.
+        Factors of x and y. Widths of strokes are scaled by their geometric mean.
     size : (int, int)
         Height and width of the new canvas, px.
     offset : (2,) array_like

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Borders: a fill and a stroke on one outline, two layers that an SVG holds as one element.
 
-The pair is seen in the drawing itself: two layers that follow each other and have the very same closed outlines, one of
-them filled and one stroked. The stroke lies above the fill, or beneath it (`paint-order` of SVG).
+Pairs are found in the drawing itself: two consecutive layers with the same closed outlines, one filled and one stroked.
+The stroke lies above the fill or below it (`paint-order` of SVG).
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 
 IntArray = NDArray[np.int64]
 
-#: Smallest opacity that is written as more than 0, in 8 bits.
+#: Smallest opacity above 0 in 8 bits.
 LEAST_OPACITY = 0.5 / 255
 
 
 def border_pairs(drawing: Drawing) -> IntArray:
     """Return the filled and the stroked layer of each pair of one outline: (K, 2), the lowest pair first.
 
-    They have one stage, one name and one group. A stroke that is wholly transparent is none: with a fill, an SVG's is
-    not drawn.
+    They share stage, name and groups. A transparent stroke is not paired: the reader ignores it in an element with a
+    fill.
     """
     pairs: list[tuple[int, int]] = []
     free = 0
@@ -41,14 +41,14 @@ def border_pairs(drawing: Drawing) -> IntArray:
 
 
 def paired_rows(drawing: Drawing, pairs: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the segments of the fills and of the strokes of pairs, (R,) each, in one order."""
+    """Return the segments of the fills and of the strokes of pairs, (R,) each, in the same order."""
     offsets = drawing.segment_offsets.astype(np.int64)
     fills, strokes = ([np.arange(*offsets[layer : layer + 2]) for layer in layers] for layers in pairs.T)
     return tuple(np.concatenate(rows) if rows else np.zeros(0, np.int64) for rows in (fills, strokes))  # type: ignore[return-value]
 
 
 def _is_pair(drawing: Drawing, fill: int, stroke: int) -> bool:
-    """Whether a layer fills what a stroked one outlines."""
+    """Whether a filled and a stroked layer form a pair."""
     first, end = drawing.layer_offsets[[stroke, stroke + 1]]
     own, others = (drawing.subpaths(layer) for layer in (fill, stroke))
     return (

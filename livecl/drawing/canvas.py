@@ -22,7 +22,7 @@ def layer_boxes(drawing: Drawing) -> NDArray[np.float64]:
 
 
 def check_canvases(drawings: Sequence[Drawing]) -> None:
-    """Raise ValueError unless there are drawings, and all on canvases of one size."""
+    """Raise ValueError unless there are drawings, all on canvases of one size."""
     if not drawings:
         raise ValueError("drawings: got none, wanted at least one")
     for index, drawing in enumerate(drawings):

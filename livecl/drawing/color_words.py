@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Colour names: name colours by basic words, from the survey in color_survey.txt.
 
-A colour has the word that most of the survey's nearest colours have in their names, as "blue" in "dark sky blue", and
-half as much in "blue green" or "bluish grey"; distance is that in Oklab, a perceptually uniform colour space, with
-lightness counting half, as names tell hue before lightness. The survey has few pale and few neutral colours, so greys
-go by their lightness alone.
+The survey's nearest colours vote for the words in their names: fully for the last word, as "blue" in "dark sky blue",
+half for others, as in "blue green" or "bluish grey". Distances are in Oklab, a perceptually uniform colour space, with
+lightness weighted by half, as names depend on hue more than on lightness. The survey has few pale and few neutral
+colours, so greys are named by lightness alone.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from livecl.drawing.colors import oklab, parse_color
 
-#: Basic words, each with the last words of the survey's names that stand for it.
+#: Basic words, each with its synonyms among the last words of the survey's names.
 BASIC_WORDS = {
     "gray": "grey gray",
     "black": "black",
@@ -39,14 +39,15 @@ BASIC_WORDS = {
     "beige": "beige tan cream sand",
     "brown": "brown chocolate rust sienna umber ochre",
 }
-#: Colours of the survey that vote, what lightness counts in their distance, and a vote of a word that is not the last.
+#: Number of the survey's colours that vote, weight of lightness in the distance, and vote for a word that is not the
+#: last.
 VOTERS, LIGHTNESS, HALF = 5, 0.5, 0.5
 #: Endings that a word may have in a name, as in "greenish blue".
 ENDINGS = ("ish", "dish", "nish", "y", "ey")
-#: Oklab chroma under which a colour is a grey, and lightness up to which it is black, dark, plain and light.
+#: Oklab chroma below which a colour is grey, and the largest lightness of black, dark, plain and light grey.
 NEUTRAL_CHROMA = 0.02
 NEUTRALS = ((0.2, "black"), (0.45, "dark gray"), (0.8, "gray"), (0.96, "light gray"), (np.inf, "white"))
-#: Oklab lightness under which a word gets "dark", and from which it gets "light"; words without bounds get neither.
+#: Oklab lightness below which a colour is "dark", and from which on it is "light"; words without bounds get neither.
 DARK_LIGHT = {
     "red": (0.4, 2.0),
     "pink": (0.0, 0.85),
@@ -56,7 +57,7 @@ DARK_LIGHT = {
     "brown": (0.36, 0.6),
     "gray": (0.45, 0.8),
 }
-#: Oklab chroma from which a colour is too vivid to be called light, as pure green.
+#: Oklab chroma from which on a colour is too vivid to be called light, as pure green.
 VIVID = 0.2
 
 FloatArray = NDArray[np.float64]
@@ -69,7 +70,7 @@ def color_names(rgb: ArrayLike) -> list[str]:
 
 
 def _name(place: FloatArray, votes: list[dict[str, float]], places: FloatArray) -> str:
-    """Name a colour in Oklab (3,) by the votes of others at places (N, 3)."""
+    """Name a colour in Oklab (3,) by the votes of the survey's colours at places (N, 3)."""
     lightness, chroma = float(place[0]), float(np.hypot(*place[1:]))
     if chroma < NEUTRAL_CHROMA:
         return next(name for limit, name in NEUTRALS if lightness <= limit)
@@ -99,7 +100,7 @@ def words_of(name: str) -> dict[str, float]:
 
 @functools.cache
 def _survey() -> tuple[list[dict[str, float]], FloatArray]:
-    """Return the basic words and the place in Oklab (N, 3) of each colour of the survey."""
+    """Return the basic words and the Oklab coordinates (N, 3) of the survey's colours."""
     entries = survey_entries()
     return [words_of(name) for _, name in entries], oklab([parse_color(code) for code, _ in entries])
 

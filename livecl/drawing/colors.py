@@ -35,7 +35,7 @@ def parse_rgba(text: str) -> Rgba:
             if math.isfinite(red + green + blue + alpha):
                 return _clip(red), _clip(green), _clip(blue), _clip(alpha)
     except (ValueError, NotImplementedError):
-        pass  # color() without arguments, and colour spaces that are not converted: like text that is no colour
+        pass  # color() without arguments, and unsupported colour spaces: refused like other text
     raise ValueError(
         f"got {text[:MAX_TEXT]!r}, wanted a colour: a CSS name such as 'white', '#rgb', '#rrggbb' or 'rgb(r, g, b)'"
     )
@@ -58,7 +58,7 @@ def parse_color(text: str) -> FloatArray:
 
 
 def share(text: str, whole: float = 1.0) -> float:
-    """Return a number of `whole`, or a percentage, as a share clipped to [0, 1]; ValueError where it is neither."""
+    """Parse a number (of `whole`) or a percentage as a share clipped to [0, 1]; ValueError if it is neither."""
     text = text.strip()
     value = float(text[:-1]) / 100 if text.endswith("%") else float(text) / whole
     if math.isnan(value):
@@ -84,7 +84,7 @@ def format_rgb(rgb: ArrayLike) -> str:
 def oklab(rgb: ArrayLike) -> FloatArray:
     """Convert sRGB colours (..., 3) in [0, 1] to Oklab (lightness, green to red, blue to yellow): (..., 3).
 
-    B. Ottosson: *A perceptual color space for image processing*, 2020. Euclidean distances follow seen differences.
+    B. Ottosson: *A perceptual color space for image processing*, 2020. Euclidean distances approximate perceived ones.
     """
     rgb = np.asarray(rgb, dtype=np.float64)
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)

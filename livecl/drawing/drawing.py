@@ -44,28 +44,28 @@ class Drawing:
     points : (M, 3, 2) array_like
         Control points (x, y), px, y down; pixel centres lie at (column + 0.5, row + 0.5).
     colors : (N, 4) array_like
-        Straight RGBA in [0, 1] of each layer's fill; A is the opacity. Of layers with a gradient, it is set to the
-        gradient's mean, so that it is opaque only where the gradient is.
+        Straight RGBA in [0, 1] of each layer's fill; A is the opacity. For layers with a gradient, it is set to the
+        gradient's mean, so that it is opaque only if the gradient is.
     size : (int, int)
         Height and width of the canvas, px.
     background : (3,) array_like or None
-        Opaque RGB in [0, 1] beneath all layers; None for a transparent canvas.
+        Opaque RGB in [0, 1] below all layers; None for a transparent canvas.
     subpath_offsets : (S + 1,) array_like of int, optional
         Subpath s has the segments ``subpath_offsets[s]:subpath_offsets[s + 1]``.
     layer_offsets : (N + 1,) array_like of int, optional
         Layer n has the subpaths ``layer_offsets[n]:layer_offsets[n + 1]``.
         Without offsets, the M segments are shared equally by the N layers, one subpath each.
     stages : (N,) array_like of int, optional
-        Stage of the learning course that added each layer; all 0 where not given.
+        Stage of the run that added each layer (default: 0).
     names : (N,) sequence of str, optional
-        Name of each layer, "" for none; all "" where not given. Kept on one line of visible characters, 120 at most.
+        Name of each layer, "" for none (the default). Reduced to one line of at most 120 printable characters.
     fills : Fills, optional
-        Kind, geometry and stops of the layers that a gradient fills; all are solid where not given.
+        Kind, geometry and stops of gradients; by default, all layers are solid.
     strokes : Strokes, optional
-        Width, caps and joins of the layers that are stroked instead of filled; all are filled where not given.
+        Width, caps and joins of the layers that are stroked instead of filled; by default, all are filled.
     groups : (N,) sequence of sequence of str, optional
-        Names of the groups that hold each layer, the outermost first; none where not given. Neighbouring layers of one
-        group are written as such; names are cleaned as those of layers are.
+        Names of the groups around each layer, the outermost first (default: none). Neighbouring layers of one group are
+        written as a group; names are cleaned as those of layers.
 
     Raises
     ------
@@ -129,7 +129,7 @@ class Drawing:
         values["fills"] = checked_fills(fills, num_layers)
         values["strokes"] = checked_strokes(strokes, values["layer_offsets"], values["subpath_offsets"])
         ends = values["subpath_offsets"][1:][values["strokes"].is_open] - 1
-        values["points"][ends, 1:] = values["points"][ends, :1]  # handles that nobody sees
+        values["points"][ends, 1:] = values["points"][ends, :1]  # unused handles
         if values["fills"].any_gradients:
             values["colors"][values["fills"].gradient_layers] = values["fills"].mean_colors()
         for value in values.values():
@@ -222,7 +222,7 @@ class Drawing:
         TypeError
             If there is no such argument; the message names the nearest.
         ValueError
-            If a value is not usable, or does not fit what stays as it is.
+            If a value is not usable, or does not fit the other arguments.
         """
         for name in changes:
             if name not in self.__dataclass_fields__:
@@ -244,11 +244,11 @@ class Drawing:
         fills: Fills | None = None,
         strokes: Strokes | None = None,
     ) -> Drawing:
-        """Return the drawing with other numbers and the same structure, unchecked: for loops that call it often.
+        """Return the drawing with other numbers and the same structure, unchecked, for inner loops.
 
-        The arrays are taken as they are, not copied; the caller does not change them afterwards. `fills` are of the
-        kinds and numbers of stops that they were (:meth:`Fills.moved`), or None for those of this drawing; likewise
-        `strokes` (:meth:`Strokes.moved`).
+        The arrays are not copied; the caller must not change them afterwards. `fills` have the same kinds and numbers
+        of stops (:meth:`Fills.moved`), or are None for those of this drawing; likewise `strokes`
+        (:meth:`Strokes.moved`).
         """
         drawing = object.__new__(Drawing)
         drawing.__dict__.update(self.__dict__, points=points, colors=colors, background=background)
@@ -299,7 +299,7 @@ class Drawing:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Name of each layer; where it has none, one of colour, shape and place, such as ``orange circle left``."""
+        """Name of each layer, by default made of colour, shape and place, such as ``orange circle left``."""
         return layer_labels(self)
 
     def select(self, spec: int | str) -> NDArray[np.int64]:
@@ -308,18 +308,19 @@ class Drawing:
         Parameters
         ----------
         spec : int or str
-            An index from 0, the bottom layer, also as text; else the whole of a label, or of a group's name; else, in
-            any case, a part of a label, or the colour of the fill, or of a stop, to 8 bits: ``#rrggbb``, a CSS name.
+            The first that matches of: an index from 0, the bottom layer, also as text; a whole label, or a group's
+            name; ignoring case, a part of a label, or the colour of the fill or of a stop, to 8 bits: ``#rrggbb``, a
+            CSS name.
 
         Returns
         -------
         (K,) int64
-            Indices of at least one layer, rising.
+            Indices of at least one layer, ascending.
 
         Raises
         ------
         ValueError
-            If no layer is meant; the message lists the labels.
+            If no layer matches; the message lists the labels.
         """
         return select_layers(self, spec)
 
@@ -345,6 +346,6 @@ def _offsets(counts: IntArray) -> IntArray:
 
 
 def _ranges(offsets: IntArray, items: NDArray[Any]) -> NDArray[Any]:
-    """Indices of all members of the given items, in their order."""
+    """Return the indices of all members of the given items, in their order."""
     parts = [np.arange(offsets[i], offsets[i + 1]) for i in items]
     return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Fills`: the fill of each layer of a drawing, a colour or a linear or radial gradient, in packed arrays."""
+"""`Fills`: the fills of a drawing's layers, solid, linear or radial, in packed arrays."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SOLID, LINEAR, RADIAL = 0, 1, 2
 KINDS = ("solid", "linear", "radial")
 #: Largest coordinate accepted, px: beyond it float32 no longer resolves a sixteenth of a pixel.
 MAX_COORDINATE = 1e6
-#: Decimals of a stop's place that an SVG keeps.
+#: Decimals of a stop's offset in SVG.
 POSITION_DECIMALS = 4
 
 FloatArray = NDArray[np.float64]
@@ -30,14 +30,14 @@ IntArray = NDArray[np.int32]
 class Fills:
     """Fills of N layers; the solid ones' colours are the drawing's.
 
-    A gradient is a colour at each place t of a line: stops, between which straight sRGB components and opacity change
-    linearly in t, and which go on beyond the first and the last one (SVG's ``pad``). Of a linear gradient with points
-    p0, p1, and of a radial one with a centre c and the ends e1, e2 of two axes, the pixel centre p has
+    A gradient maps a number t to a colour: between stops, straight sRGB components and opacity are linear in t; beyond
+    the first and the last one, they are constant (SVG's ``pad``). For a linear gradient with points p0, p1, and for a
+    radial one with centre c and the ends e1, e2 of two axes, a pixel centre p has
 
         t = (p - p0) . (p1 - p0) / |p1 - p0|^2        t = |E^-1 (p - c)|,  E the matrix of columns e1 - c, e2 - c.
 
-    Where p0 = p1, or E has no inverse, all is of the last stop's colour, as in SVG. Of stops at one place, the last
-    counts from there on. The arrays are read-only copies.
+    If p0 = p1, or E has no inverse, everything has the last stop's colour, as in SVG. Of stops at the same t, the last
+    one counts beyond it. The arrays are read-only copies.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Fills:
     stop_offsets : (N + 1,) array_like of int
         Layer n has the stops ``stop_offsets[n]:stop_offsets[n + 1]``: at least two for a gradient, none if solid.
     stop_positions : (S,) array_like
-        Place t of each stop, in [0, 1]; not falling within a layer.
+        t of each stop, in [0, 1]; not decreasing within a layer.
     stop_colors : (S, 4) array_like
         Straight RGBA in [0, 1] of each stop.
 
@@ -91,7 +91,7 @@ class Fills:
         inside = np.ones(max(len(positions) - 1, 0), bool)
         inside[offsets[(offsets > 0) & (offsets < len(positions))] - 1] = False
         if np.any(np.diff(positions)[inside] < 0):
-            raise ValueError("fills.stop_positions: must not fall within a layer")
+            raise ValueError("fills.stop_positions: must not decrease within a layer")
         self._hold(kinds, geometry, offsets, positions, colors)
 
     def _hold(self, *arrays: NDArray[Any]) -> None:
@@ -113,7 +113,7 @@ class Fills:
 
     @classmethod
     def linear(cls, p0: ArrayLike, p1: ArrayLike, colors: ArrayLike, positions: ArrayLike | None = None) -> Fills:
-        """Return one layer's linear gradient from `p0` to `p1`, px; stops (K, 4), evenly placed unless told.
+        """Return one layer's linear gradient from `p0` to `p1`, px; stops (K, 4), by default at even steps.
 
         Examples
         --------
@@ -127,7 +127,7 @@ class Fills:
     def radial(
         cls, center: ArrayLike, end1: ArrayLike, end2: ArrayLike, colors: ArrayLike, positions: ArrayLike | None = None
     ) -> Fills:
-        """Return one layer's radial gradient of an ellipse's centre and the ends of two axes, px; stops as above."""
+        """Return one layer's radial gradient of an ellipse: centre and ends of two axes, px; stops as for `linear`."""
         return cls._one(RADIAL, [center, end1, end2], colors, positions)
 
     @classmethod
@@ -152,7 +152,7 @@ class Fills:
 
     @functools.cached_property
     def gradient_layers(self) -> NDArray[np.intp]:
-        """Layers that are not solid, rising: (K,)."""
+        """Indices of the layers that are not solid, ascending: (K,)."""
         return np.flatnonzero(self.kinds)
 
     @functools.cached_property
@@ -171,11 +171,11 @@ class Fills:
         return self.stop_offsets[self.gradient_layers], self.stop_offsets[self.gradient_layers + 1] - 1
 
     def stops(self, layer: int) -> slice:
-        """Return the stops of a layer, a slice of `stop_positions` and `stop_colors`."""
+        """Return the slice of `stop_positions` and `stop_colors` of a layer."""
         return slice(int(self.stop_offsets[layer]), int(self.stop_offsets[layer + 1]))
 
     def opacity(self, layer: int) -> float | None:
-        """Return the opacity of a layer's gradient where it is the same all over, else None."""
+        """Return the opacity of a layer's gradient if it is uniform, else None."""
         alphas = self.stop_colors[self.stops(layer), 3]
         return float(alphas[0]) if (alphas == alphas[0]).all() else None
 
@@ -186,9 +186,9 @@ class Fills:
         return stop_colors_at(self.stop_positions[own], self.stop_colors[own], t)
 
     def moved(self, geometry: FloatArray, stop_positions: FloatArray, stop_colors: FloatArray) -> Fills:
-        """Return fills of the same kinds with other numbers, unchecked: for loops that call it often.
+        """Return fills of the same kinds with other numbers, unchecked, for inner loops.
 
-        The arrays are taken as they are, not copied; the caller does not change them afterwards.
+        The arrays are not copied; the caller must not change them afterwards.
         """
         fills = object.__new__(Fills)
         fills.__dict__.update(self.__dict__, geometry=geometry, stop_positions=stop_positions, stop_colors=stop_colors)
@@ -213,11 +213,11 @@ class Fills:
         return np.concatenate([np.zeros(0, np.int64), *rows])
 
     def stretched(self, factors: ArrayLike, offset: ArrayLike = (0.0, 0.0)) -> Fills:
-        """Return the fills on a stretched canvas, where each point (x, y) lies at ``factors * (x, y) + offset``.
+        """Return the fills on a stretched canvas, where each point (x, y) moves to ``factors * (x, y) + offset``.
 
-        Ends of axes go with the points. The lines of equal colour of a linear gradient do too, but are no longer at
-        right angles to p1 - p0: of the row g for which t = g . (p - p0), the rest is g / factors, and the p1 that
-        has it is p0 + g / |g|^2.
+        So do ends of axes, and the lines of equal colour of a linear gradient; but these are then no longer
+        perpendicular to p1 - p0: the row g for which t = g . (p - p0) becomes g / factors, and p1 becomes p0 + g /
+        |g|^2.
         """
         factors, offset = np.broadcast_to(factors, 2), np.asarray(offset)
         geometry = np.where(self.kinds[:, None, None] == SOLID, self.geometry, self.geometry * factors + offset)
@@ -231,7 +231,7 @@ class Fills:
         return self.with_numbers(geometry=np.clip(geometry, -MAX_COORDINATE, MAX_COORDINATE))
 
     def quantized(self, precision: int) -> Fills:
-        """Return the fills that a saved SVG holds: geometry rounded to `precision` decimals, stops to 8 bits."""
+        """Return the fills as in a saved SVG: geometry rounded to `precision` decimals, stops to 8 bits."""
         return self.with_numbers(
             geometry=np.round(self.geometry, precision) + 0.0,
             stop_positions=np.round(self.stop_positions, POSITION_DECIMALS),
@@ -245,14 +245,14 @@ class Fills:
     def mean_colors(self) -> FloatArray:
         """Return the straight RGBA of each gradient, averaged premultiplied over t in [0, 1]: (K, 4).
 
-        It is what stands for a gradient where one colour is wanted. A is 1 only where all stops are opaque.
+        It represents a gradient where a single colour is needed. A is 1 only if all stops are opaque.
         """
         if not self.any_gradients:
             return np.zeros((0, 4))
         t, rgb, alphas = self.stop_positions, self.stop_colors[:, :3], self.stop_colors[:, 3]
         first, last = self.end_stops
-        # The trapezoids' rule over the stops, which hold on from 0 and up to 1; exact but for products of slopes. Solid
-        # layers have no stops: each gradient's begin where those of the one before end.
+        # Trapezoidal rule over the stops, extended to 0 and 1; exact except for products of slopes. Solid layers have
+        # no stops, so each gradient's begin where those of the one before end.
         halves = (t[1:] - t[:-1]) / 2
         halves[first[1:] - 1] = 0
         weights = np.zeros(len(t))
@@ -269,9 +269,9 @@ class Fills:
 
 
 def place_of(kind: int, geometry: FloatArray, points: FloatArray) -> FloatArray:
-    """Return t at points (n, 2), px, of a gradient of a geometry (3, 2); 2, beyond all stops, where it is degenerate.
+    """Return t at points (n, 2), px, of a gradient of a geometry (3, 2), not clamped to [0, 1].
 
-    Not clamped to [0, 1]: stops hold on at both ends.
+    A degenerate one has 2 everywhere, beyond all stops.
     """
     offset = points - geometry[0]
     if kind == LINEAR:
@@ -288,7 +288,7 @@ def place_of(kind: int, geometry: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def stop_colors_at(positions: FloatArray, colors: FloatArray, t: FloatArray) -> FloatArray:
-    """Return the straight RGBA (n, 4) at t (n,) of stops at places (K,) of colours (K, 4)."""
+    """Return the straight RGBA (n, 4) at t (n,) of stops at positions (K,) with colours (K, 4)."""
     piece = np.clip(np.searchsorted(positions, t, side="right"), 1, len(positions) - 1) - 1
     widths, changes = np.diff(positions), np.diff(colors, axis=0)
     share = np.clip((t - positions[piece]) / np.where(widths > 0, widths, 1)[piece], 0, 1)
@@ -315,7 +315,7 @@ def concatenate_fills(parts: Sequence[Fills]) -> Fills:
 
 
 def checked_fills(fills: Fills | None, num_layers: int) -> Fills:
-    """Return fills that fit a number of layers; None and fills that are all solid fit any."""
+    """Return fills that fit a number of layers; None and all solid fills fit any."""
     if fills is None:
         return Fills.solid(num_layers)
     if not isinstance(fills, Fills):

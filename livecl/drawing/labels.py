@@ -23,12 +23,12 @@ from livecl.geometry import bezier
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
 
-#: Names that an error lists.
+#: Largest number of names listed in an error.
 _MAX_LISTED = 12
-#: Colours that a label names of a gradient.
+#: Largest number of a gradient's colours named in a label.
 _MAX_STOP_NAMES = 3
 
-#: Share of a side up to which what lies beside the canvas's centre still is in it.
+#: Largest distance from the canvas's centre that still counts as the centre, as a share of a side.
 CENTRAL = 1 / 12
 _ROWS, _COLUMNS = ("top", "", "bottom"), ("left", "", "right")
 
@@ -41,12 +41,11 @@ _OWN_ID = re.compile(
 
 
 def layer_labels(drawing: Drawing) -> tuple[str, ...]:
-    """Return each layer's name, or where it has none one of colour, shape and place: ``orange circle left``.
+    """Return each layer's name, by default made of colour, shape and place: ``orange circle left``.
 
-    The place is where the centre of the layer's area lies in the canvas's thirds; in the middle third also "left of
-    center" and the like. A gradient is named by its stops: ``yellow to orange circle left``. Of several such names that
-    are equal, all but the first are numbered, from 2 on. The stroke around a fill
-    (:func:`livecl.drawing.borders.border_pairs`) has the fill's label.
+    The place is the third of the canvas with the centroid of the layer's area, in the middle third also with a side, as
+    in "left of center". A gradient is named by its stops: ``yellow to orange circle left``. Equal names are numbered,
+    from 2. The stroke around a fill (:func:`livecl.drawing.borders.border_pairs`) has the fill's label.
     """
     fills = {stroke: fill for fill, stroke in border_pairs(drawing).tolist()}
     unnamed = [layer for layer, name in enumerate(drawing.names) if not name and layer not in fills]
@@ -65,15 +64,15 @@ def layer_labels(drawing: Drawing) -> tuple[str, ...]:
 
 
 def name_from_id(identifier: str) -> str:
-    """Return the name that an id stands for: an id made of a label of this program's gives back the label's spaces."""
+    """Return the name for an id; in ids made from this program's labels, the label's spaces are restored."""
     return identifier.replace("-", " ") if _OWN_ID.fullmatch(identifier) else identifier
 
 
 def fill_names(drawing: Drawing) -> list[str]:
-    """Name each layer's fill by basic words: ``orange``; of gradients those of the stops, as ``yellow to orange``.
+    """Name each layer's fill by basic words: ``orange``; gradients by their stops, as ``yellow to orange``.
 
-    Neighbouring stops of one name count once; of more than `_MAX_STOP_NAMES`, the first and the last are told.
-    Stops of opacity 0 are called transparent.
+    Consecutive stops of one name count once; of more than `_MAX_STOP_NAMES`, the first and the last are named. Stops of
+    opacity 0 are called transparent.
     """
     names = color_names(drawing.colors[:, :3])
     fills = drawing.fills
@@ -88,14 +87,14 @@ def fill_names(drawing: Drawing) -> list[str]:
 
 
 def layer_centers(drawing: Drawing) -> NDArray[np.float64]:
-    """Return the centroid of each layer's area, px; for tiny areas the centre of the box: (N, 2)."""
+    """Return the centroid of each layer's area, px, for tiny areas the centre of the box: (N, 2)."""
     if not drawing.num_layers:
         return np.zeros((0, 2))
     low, high = np.split(layer_boxes(drawing), 2, axis=1)
     moments = np.add.reduceat(bezier.area_moments(drawing.cubics), drawing.segment_offsets[:-1])
     with np.errstate(divide="ignore", invalid="ignore"):
         centers = moments[:, 1:] / moments[:, :1]
-    # Loops of opposite turns can cancel out: then the quotient lies anywhere.
+    # Loops of opposite orientation can cancel out; then the quotient is arbitrary.
     inside = np.all((centers >= low) & (centers <= high), axis=1, keepdims=True)
     return np.where(inside, centers, (low + high) / 2)
 
@@ -125,7 +124,7 @@ def select_layers(drawing: Drawing, spec: int | str) -> NDArray[np.int64]:
 
 
 def _filled(drawing: Drawing, text: str) -> NDArray[np.bool_]:
-    """Which layers are filled with a CSS colour, or have a stop of it, to 8 bits of RGB: (N,)."""
+    """Return which layers have a CSS colour as fill or stop, to 8 bits of RGB: (N,)."""
     try:
         rgb = np.rint(np.array(parse_rgba(text)[:3]) * 255)
     except ValueError:
@@ -143,7 +142,7 @@ def _listed(labels: Iterable[str]) -> str:
 
 
 def _place(center: NDArray[np.float64], size: tuple[int, int]) -> str:
-    """Return the third of a canvas in which a point (2,) lies, px; in the middle one also on which side of it."""
+    """Return the third of a canvas that contains a point (2,), px; in the middle third also the side."""
     shares = np.round(center / (size[1], size[0]), 6)
     column, row = np.clip((3 * shares).astype(int), 0, 2).tolist()
     if column == row == 1:

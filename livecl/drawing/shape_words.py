@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shape names: classify the outline of a layer as "circle", "bar", "triangle" and the like."""
+"""Shape names: classify the outline of a layer as "circle", "bar", "triangle" or others."""
 
 from __future__ import annotations
 
@@ -19,19 +19,20 @@ FloatArray = NDArray[np.float64]
 
 #: All words.
 SHAPE_WORDS = ("dot", "circle", "oval", "ring", "square", "rectangle", "bar", "frame", "triangle", "line", "shape")
-#: Distance from an ellipse, as a share of its radius, and px more, up to which an outline is one.
+#: Largest distance of an outline from an ellipse: share of its radius, and an additional distance, px.
 ROUND, ROUND_MORE = 0.03, 0.15
-#: Share of its box that a rectangle fills, and of the area within three of its corners that a triangle does.
+#: Least share of its box that a rectangle fills; area of a triangle, as shares of that of the triangle of three of its
+#: points.
 FULL, TRIANGLE = 0.93, (0.88, 1.12)
-#: Largest distance of an outline from the sides of such a triangle, in roots of its area.
+#: Largest distance of an outline from the sides of that triangle, in square roots of its area.
 BESIDE = 0.12
-#: Ratios of the sides up to which it is a circle or a square, and from which a rectangle is a bar.
+#: Largest ratio of the sides of a circle or square, and least ratio of a bar.
 EQUAL_SIDES, BAR = 1.1, 4.0
-#: Share of the canvas up to which a round shape is a dot.
+#: Largest share of the canvas of a round shape that is a dot.
 DOT = 4e-4
-#: Share of the area within a layer's largest outline that another subpath must have to count.
+#: Least area of a subpath that counts, as a share of the layer's largest one.
 COUNTED = 0.02
-#: Points of each segment that are looked at.
+#: Number of sample points on each segment.
 SAMPLES = 8
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`Strokes`: which layers of a drawing are stroked, by which pen, in packed arrays."""
+"""`Strokes`: widths, caps and joins of a drawing's stroked layers, in packed arrays."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from livecl.geometry.strokes import CAPS, JOINS
 
 #: Largest width accepted, px.
 MAX_WIDTH = 1e5
-#: Miter limit where none is given, SVG's.
+#: Default miter limit, as in SVG.
 DEFAULT_MITER_LIMIT = 4.0
-#: Largest miter limit accepted: beyond it, corners of less than a hundredth of a degree get one.
+#: Largest miter limit accepted: it allows miters at corners down to a hundredth of a degree.
 MAX_MITER = 1e4
 
 FloatArray = NDArray[np.float64]
@@ -27,22 +27,22 @@ IntArray = NDArray[np.int32]
 
 @dataclasses.dataclass(frozen=True, eq=False, init=False)
 class Strokes:
-    """Pens of N layers with S subpaths; a layer with a width is stroked, and not filled: its paint is the stroke's.
+    """Strokes of N layers with S subpaths; a layer with a width is stroked with its paint, and not filled.
 
-    In a stroked layer, subpaths may be open: the last row of an open subpath's points, which has two or more, is then
-    the end of its line, and its handles are not looked at. The arrays are read-only copies.
+    In a stroked layer, subpaths may be open: of an open subpath's points (two rows or more), the last row is the end of
+    its line, and its handles are ignored. The arrays are read-only copies.
 
     Parameters
     ----------
     widths : (N,) array_like
         Width of each layer's stroke, px; 0 for a filled layer.
     caps, joins : (N,) array_like of int
-        Shape of ends and of corners, indices into ``livecl.geometry.strokes.CAPS`` (butt, round, square) and ``JOINS``
-        (miter, round, bevel); 0 where a layer is filled.
+        Shapes of ends and of corners, indices into ``livecl.geometry.strokes.CAPS`` (butt, round, square) and ``JOINS``
+        (miter, round, bevel); 0 for filled layers.
     miter_limits : (N,) array_like
         Largest length of a miter in widths, at least 1 (SVG's ``stroke-miterlimit``).
     is_open : (S,) array_like of bool
-        Whether a subpath is open; never in a filled layer, as filling closes what it fills.
+        Whether each subpath is open; never in a filled layer.
 
     Raises
     ------
@@ -90,7 +90,7 @@ class Strokes:
     @classmethod
     @functools.lru_cache(maxsize=256)
     def none(cls, num_layers: int, num_subpaths: int) -> Strokes:
-        """Return the strokes of N filled layers: none."""
+        """Return the strokes of N filled layers, all of width 0."""
         return cls(widths=np.zeros(num_layers), is_open=np.zeros(num_subpaths, bool))
 
     def __len__(self) -> int:
@@ -104,13 +104,13 @@ class Strokes:
 
     @property
     def stroked_layers(self) -> NDArray[np.intp]:
-        """Layers that are stroked, rising: (K,)."""
+        """Indices of the stroked layers, ascending: (K,)."""
         return np.flatnonzero(self.widths)
 
     def moved(self, widths: FloatArray, pens: Strokes | None = None) -> Strokes:
-        """Return strokes of other widths, unchecked: for loops that call it often; 0 stays 0, others stay above it.
+        """Return strokes of other widths, unchecked, for inner loops; widths of 0 stay 0, others stay above 0.
 
-        `pens` are strokes of as many layers whose caps, joins and miter limits are taken.
+        Caps, joins and miter limits are those of `pens`, if given.
         """
         strokes = object.__new__(Strokes)
         strokes.__dict__.update(self.__dict__, widths=widths)
@@ -119,14 +119,14 @@ class Strokes:
         return strokes
 
     def quantized(self, precision: int) -> Strokes:
-        """Return the strokes that a saved SVG holds: widths rounded to `precision` decimals, and not down to 0."""
+        """Return the strokes as in a saved SVG: widths rounded to `precision` decimals, but not to 0."""
         if not self.any:
             return self
         unit = 10.0**-precision
         return self.with_widths(np.where(self.widths > 0, np.maximum(np.round(self.widths, precision), unit), 0))
 
     def subset(self, layers: ArrayLike, subpaths: ArrayLike) -> Strokes:
-        """Return the strokes of some layers (K,), which have the subpaths (T,), by index."""
+        """Return the strokes of some layers (K,), whose subpaths are `subpaths` (T,), by index."""
         rows = np.asarray(layers, dtype=np.int64)
         return Strokes(
             widths=self.widths[rows],
@@ -148,7 +148,7 @@ def concatenate_strokes(parts: Sequence[Strokes]) -> Strokes:
 
 
 def checked_strokes(strokes: Strokes | None, layer_offsets: IntArray, subpath_offsets: IntArray) -> Strokes:
-    """Return strokes that fit layers with subpaths; None and strokes without a width fit any."""
+    """Return strokes that fit the given offsets; None and strokes without a width fit any."""
     num_layers, num_subpaths = len(layer_offsets) - 1, int(layer_offsets[-1])
     if strokes is None:
         return Strokes.none(num_layers, num_subpaths)

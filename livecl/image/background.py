@@ -9,14 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 from livecl.drawing.colors import parse_color
 from livecl.image.reading import over_background, premultiplied
 
-#: Backgrounds that are words: as the picture asks for, none, the colour of the picture's border, trained from white on.
+#: Backgrounds by name: chosen by the picture, none, the colour of its border, trained from white.
 PICTURE, NONE, AUTO, TRAIN = "picture", "none", "auto", "train"
 WHITE = (1.0, 1.0, 1.0)
-#: Levels of each channel that colours of the border are counted by.
+#: Levels of each channel for the histogram of the border's colours.
 LEVELS = 32
-#: Share of the border that is of one colour, to `SAME_COLOR` in each channel, where a picture stands on a ground.
+#: Least share of the border in one colour, within `SAME_COLOR` in each channel, for a picture to have a ground.
 GROUND_SHARE, SAME_COLOR = 0.75, 8 / 255
-#: Least channel of a ground that is taken for white.
+#: Least value of all channels of a ground that counts as white.
 WHITE_FROM = 253 / 255
 
 FloatArray = NDArray[np.float64]
@@ -40,11 +40,11 @@ def background_for(text: str, image: NDArray[np.float32], start: ArrayLike | Non
     ----------
     text : str
         A colour; "none"; "auto", the most frequent colour of the picture's border; "train", white at first; "picture":
-        none where the picture has alpha; the same as "auto" where most of the border has that colour; white else.
+        none if the picture has alpha; as "auto" if most of the border has that colour; else white.
     image : (H, W, 3) or (H, W, 4) float32
         The picture, straight.
     start : (3,) array_like or None
-        Background of the drawing that the run starts from; "picture" and "train" keep it.
+        Background of the drawing from which the run starts; "picture" and "train" keep it.
 
     Returns
     -------
@@ -67,9 +67,9 @@ def background_for(text: str, image: NDArray[np.float32], start: ArrayLike | Non
 
 
 def ground_color(image: NDArray[np.float32]) -> Rgb:
-    """Return the colour of an opaque picture's ground: what most of its border shows, white where it shows several.
+    """Return the colour of an opaque picture's ground: that of most of its border, or white if it has several.
 
-    So a light shape on a coloured ground is a shape, and not a hole of that ground onto a white page.
+    So a light shape on a coloured ground is a shape, and not a hole in that ground over a white page.
     """
     color = border_color(image)
     share = float(np.mean(np.abs(_border(image) - color).max(axis=1) <= SAME_COLOR))
@@ -92,10 +92,10 @@ def _border(image: NDArray[np.float32]) -> FloatArray:
 
 
 def target_over(image: NDArray[np.float32], background: ArrayLike | None) -> NDArray[np.float32]:
-    """Return the target: the image that a drawing's render is compared with.
+    """Return the target: the image with which a drawing's render is compared.
 
-    Over a background that is RGB, (H, W, 3). Without one it is premultiplied RGBA, (H, W, 4): so the colour of clear
-    pixels does not count, and over any background b the difference in the picture is (C - C*) - (A - A*) b
+    With a background, it is RGB, (H, W, 3). Without one, it is premultiplied RGBA, (H, W, 4), so that the colour of
+    transparent pixels does not count, and over any background b the difference is (C - C*) - (A - A*) b
     (:mod:`livecl.image.errors`).
     """
     return premultiplied(image) if background is None else over_background(image, background)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Decode opened pictures to colour and alpha: palettes, grey, more than 8 bits, frames, orientation."""
+"""Decode pictures to colour and alpha: palettes, grey, more than 8 bits, frames, orientation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 #: Pillow's names of 16-bit PNG layouts: the raw modes that unpack the high and the low byte of each number.
 _DEEP_PNG = {"RGB;16B": ("RGB;16B", "RGB;16L"), "RGBA;16B": ("RGBA;16B", "RGBA;16L"), "LA;16B": ("RGBA", "RGBA")}
-#: Kinds of files whose frames or pages are pictures like the first one; others keep previews and layers in them.
+#: File formats whose further frames or pages are pictures like the first one; in others they are previews or layers.
 _STACKS = ("GIF", "PNG", "WEBP", "TIFF", "AVIF")
 #: EXIF and TIFF tag of the orientation, 1 to 8.
 _ORIENTATION = 0x0112
@@ -39,21 +39,21 @@ def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, Fl
     data : bytes
         The file's content.
     image : PIL.Image.Image or None
-        The same, opened by Pillow, or a picture without a file; None for a TIFF of a kind that Pillow does not know.
+        The same, opened by Pillow, or a picture without a file; None for a TIFF that Pillow does not support.
 
     Returns
     -------
     color : (H, W, 1) or (H, W, 3) float32
-        Straight grey or RGB, 1 for full intensity; a float picture's numbers are as in the file.
+        Straight grey or RGB, 1 for full intensity; numbers of float pictures are not scaled.
     alpha : (H, W, 1) float32 or None
         Alpha; None if the image has none.
     orientation : int
-        EXIF orientation, still to be applied.
+        EXIF orientation, not yet applied.
 
     Raises
     ------
     ImageError
-        If the picture is of a kind that is not read; damaged data raises exceptions of every kind.
+        If the kind of picture is not supported; damaged data can raise any exception.
     """
     from PIL import Image
 
@@ -82,11 +82,11 @@ def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, Fl
 def _orientation(name: str, image: Image) -> int:
     """Return the EXIF orientation; 1, with a warning, if the metadata cannot be read.
 
-    Call it after decoding the pixels: those of a TIFF are turned by then.
+    Call it after decoding the pixels, which turns those of a TIFF.
     """
     try:
         orientation: int = image.getexif().get(_ORIENTATION, 1)
-    except Exception as error:  # as decoders do, it meets damaged data with exceptions of every kind
+    except Exception as error:  # damaged data can raise any exception, as in decoders
         reason = readable(str(error)[:150])
         warnings.warn(f"{name}: its EXIF data cannot be read ({reason}); it is not turned", stacklevel=5)
         return 1
@@ -94,9 +94,9 @@ def _orientation(name: str, image: Image) -> int:
 
 
 def _flat(image: Image) -> tuple[Image, FloatArray | None]:
-    """Return an 8-bit picture as Pillow's L, RGB or CMYK, and its alpha (H, W, 1) apart."""
+    """Return an 8-bit picture as Pillow's L, RGB or CMYK, and its alpha (H, W, 1) separately."""
     image.load()
-    if image.width * image.height > MAX_PIXELS:  # an icon's picture may be larger than its file's head says
+    if image.width * image.height > MAX_PIXELS:  # an icon's picture may be larger than its header says
         raise ImageError(TOO_LARGE)
     alpha: FloatArray | None = None
     grey = image.mode in ("1", "L", "LA", "La")
@@ -108,16 +108,16 @@ def _flat(image: Image) -> tuple[Image, FloatArray | None]:
 
 
 def _is_deep_png(image: Image) -> bool:
-    """Whether a picture is an opened PNG of more than 8 bits in several channels."""
-    tiles: Any = getattr(image, "tile", ())  # of files only
+    """Whether a picture is a PNG file of more than 8 bits with several channels."""
+    tiles: Any = getattr(image, "tile", ())  # files only
     return image.format == "PNG" and bool(tiles) and tiles[0][3] in _DEEP_PNG
 
 
 def _deep_png(data: bytes, image: ImageFile) -> tuple[FloatArray, FloatArray | None]:
-    """Decode a 16-bit colour or grey-and-alpha PNG, which Pillow cuts to 8 bits, from its high and its low bytes.
+    """Decode a 16-bit colour or grey-and-alpha PNG, which Pillow reduces to 8 bits, from high and low bytes.
 
-    PNG's numbers are big-endian: read as if they were little-endian, their low bytes are the ones that are kept.
-    Grey and alpha are four bytes a pixel, which Pillow takes apart as if they were RGBA.
+    PNG's numbers are big-endian; read as little-endian, Pillow keeps their low bytes. Grey and alpha are four bytes per
+    pixel, which Pillow unpacks as RGBA.
     """
     from PIL import Image
 
@@ -140,7 +140,7 @@ def _deep_png(data: bytes, image: ImageFile) -> tuple[FloatArray, FloatArray | N
 
 
 def _deep_grey(image: Image) -> tuple[FloatArray, FloatArray | None]:
-    """Return a grey picture that Pillow holds in more than 8 bits, and its alpha where one grey is transparent."""
+    """Return a grey picture of more than 8 bits, and its alpha if one grey level is transparent."""
     pixels = np.asarray(image)[..., None]
     if image.mode == "F":
         return pixels.astype(np.float32), None

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors of images: the mean squared error, and the visible error of transparent images over a background.
 
-Without background, an error is seen once the picture lies over one. Let e be an error of premultiplied RGBA. Over a
-background b the picture is p + (1 - a) b in each of R, G and B, so of the error e_i - e_a b is seen. Of a
-black and of a white background, the mean of its square is
+The error of a transparent image is visible over a background. Let e be an error of premultiplied RGBA. Over a
+background b the picture is p + (1 - a) b in each of R, G and B, so the visible error is e_i - e_a b. Over black and
+white backgrounds, the mean of its square is
 
     1/2 e_i^2 + 1/2 (e_i - e_a)^2 = (e_i - e_a / 2)^2 + e_a^2 / 4;
 
 summed over R, G and B it is |E|^2 with E_i = e_i - e_a / 2 and E_a = sqrt(3) / 2 e_a. A run minimizes it
-(kernels/composite.cl) and decides by it; errors in alpha weigh more in it than in |e|^2, as they show in three
+(kernels/composite.cl) and decides by it; errors in alpha weigh more than in |e|^2, as they are visible in three
 channels.
 """
 
@@ -40,7 +40,7 @@ def same_shape(image: ArrayLike, target: ArrayLike) -> tuple[NDArray[np.float64]
 def visible_error(error: NDArray[Any]) -> NDArray[Any]:
     """Return numbers (..., C) whose squares sum to the visible squared error of an error (..., C) of RGB or RGBA.
 
-    In RGB they are the error itself.
+    For RGB it is the error itself.
     """
     if error.shape[-1] == 3:
         return error
@@ -58,7 +58,7 @@ def unpremultiplied(image: NDArray[Any]) -> NDArray[Any]:
 def visible_mse(image: NDArray[Any], target: NDArray[Any]) -> float:
     """Return the mean over pixels, RGB, and black and white backgrounds of the squared difference of two pictures.
 
-    Pictures are (H, W, 3), or (H, W, 4) premultiplied. In RGB no background shows, and this is the mean squared error.
+    Pictures are (H, W, 3), or (H, W, 4) premultiplied. For RGB this is the mean squared error.
     """
     error = visible_error(np.asarray(image, dtype=np.float64) - np.asarray(target, dtype=np.float64))
     return float(np.mean(np.square(error)) * (error.shape[-1] / 3))

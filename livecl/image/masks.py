@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Masks of the things in a picture, from any segmenter or by hand: a folder of pictures, or one picture of labels."""
+"""Masks of the things in a picture: a folder of pictures, or one picture of labels."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from livecl.image.resizing import reduced
 
 #: Endings of the files that are masks in a folder.
 SUFFIXES = {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif"}
-#: Most masks.
+#: Maximum number of masks.
 MOST = 256
 
 
@@ -48,12 +48,12 @@ class Masks:
 
     @property
     def digest(self) -> str:
-        """A text that differs where the masks do."""
+        """Digest of names and pixels."""
         content = "\n".join(self.names).encode() + np.ascontiguousarray(self.pixels).tobytes()
         return hashlib.sha256(content + str(self.pixels.shape).encode()).hexdigest()
 
     def on(self, size: tuple[int, int], smaller: tuple[int, int]) -> NDArray[np.float32]:
-        """Return the masks of a picture of a size (height, width) as it is worked on, averaged over its pixels.
+        """Return the masks of a picture of a size (height, width), averaged over the pixels of a smaller size.
 
         Raises
         ------
@@ -72,15 +72,15 @@ def read_masks(source: str | os.PathLike[str]) -> Masks:
     Parameters
     ----------
     source : path
-        A folder of pictures, one a mask, in the order of their names (numbers by value), which are those of the masks:
-        white is inside, or, in a picture with alpha, opaque pixels are. Or one picture, in which all pixels of one
-        value or colour are one mask, and black and clear ones are in none.
+        A folder of pictures, one for each mask, in the order of their names (numbers by value), which become the names
+        of the masks: white pixels are inside, or, in a picture with alpha, opaque pixels. Or one picture, in which all
+        pixels of one value or colour are a mask, except black and transparent ones.
 
     Raises
     ------
     ImageError
-        If there are no masks, too many, or one cannot be read or is of another size than the first; the message is
-        one line.
+        If there are no masks, too many, or one cannot be read or differs in size from the first; the message is one
+        line.
     """
     path = Path(source)
     try:
@@ -104,7 +104,7 @@ def _of_folder(folder: Path) -> Masks:
             raise ValueError(
                 f"{file.name} has {width}x{height} px, wanted the {first_width}x{first_height} px of {files[0].name}"
             )
-        pixels.append(mask / max(float(mask.max()), 1e-9))  # some write 1 for inside, of 255
+        pixels.append(mask / max(float(mask.max()), 1e-9))  # some programs write 1, of 255, inside
     return Masks(tuple(clean_name(file.stem) or f"mask {k}" for k, file in enumerate(files, 1)), np.stack(pixels))
 
 
@@ -116,7 +116,7 @@ def _of_labels(path: Path) -> Masks:
         raise ValueError("holds no masks: all pixels are black or clear")
     if len(shown) > MOST:
         raise ValueError(
-            f"holds {len(shown)} values, wanted at most {MOST}, one a mask, without smooth edges or lossy compression"
+            f"holds {len(shown)} values, wanted at most {MOST}, one per mask, without smooth edges or lossy compression"
         )
     labels = labels.reshape(image.shape[:2])
     pixels = np.stack([labels == value for value in shown]).astype(np.float32)
@@ -124,6 +124,6 @@ def _of_labels(path: Path) -> Masks:
 
 
 def _natural(file: Path) -> list[tuple[int, str]]:
-    """Order of files by name, in which 2 is before 10."""
+    """Sorting key of files by name, with 2 before 10."""
     parts = re.split(r"(\d+)", file.name)
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Read pictures from files, memory and arrays as straight colours, and convert back; composite over a background."""
+"""Read pictures from files, memory and arrays as straight colours; write them; composite over a background."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from livecl.image.source import content, damage, opened
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-#: How far beyond [0, 1] a float picture may overshoot (filters ring) before its scale is called wrong; it is clipped.
+#: Largest overshoot of a float picture beyond [0, 1] that is clipped (filters ring); more is refused as a wrong scale.
 OVERSHOOT = 0.01
 
 FloatArray = NDArray[np.float32]
-#: Whatever a picture may be given as.
+#: Types accepted as a picture.
 Picture: TypeAlias = "ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Image"
 
 
 def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
     """Read a picture as straight colours.
 
-    Applied: an EXIF turn, a palette and its transparency, colour profiles other than sRGB (at 8 bits), the gamma that
-    a PNG states. Grey, CMYK and Lab become RGB; of animations and stacks the first picture is taken. PNG and TIFF of
-    16 bits, and float TIFF, keep their precision; other formats are read at 8 bits. A warning says so where there are
-    further pictures, and where a profile or EXIF data cannot be read and is ignored.
+    The EXIF orientation, a palette and its transparency, colour profiles other than sRGB (at 8 bits), and a PNG's gamma
+    are applied. Grey, CMYK and Lab become RGB; animations and stacks give their first picture. 16-bit PNG and TIFF, and
+    float TIFF, keep their precision; other formats are read at 8 bits. A warning tells of further pictures, and of
+    profiles or EXIF data that cannot be read and are ignored.
 
     Parameters
     ----------
@@ -42,31 +42,31 @@ def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
     Returns
     -------
     (H, W, 3) or (H, W, 4) float32
-        Straight RGB in [0, 1]; RGBA where some alpha is below 1.
+        Straight RGB in [0, 1]; RGBA if any alpha is below 1.
 
     Raises
     ------
     ImageError
-        If there is no such file, or it holds no whole picture, more than 89 million pixels or 1.5 GB, or numbers that
-        are not finite or not within [0, 1].
+        If there is no such file, or it holds no complete picture, more than 89 million pixels or 1.5 GB, or numbers
+        that are not finite or not within [0, 1].
     """
     name, data = content(source)
     return _straight(name, data, opened(name, data))
 
 
 def as_image(source: Picture) -> FloatArray:
-    """Return a picture as straight colours, whatever it is given as.
+    """Convert any kind of picture to straight colours.
 
     Parameters
     ----------
     source : array_like, path, bytes, binary file or PIL.Image.Image
         Arrays are (H, W) grey, (H, W, 3) RGB or (H, W, 4) straight RGBA: floats in [0, 1], or bool, uint8 or uint16,
-        whose largest number is 1. Everything else goes through :func:`read_image`.
+        whose largest value becomes 1. Everything else is read as by :func:`read_image`.
 
     Returns
     -------
     (H, W, 3) or (H, W, 4) float32
-        Straight RGB in [0, 1]; RGBA where some alpha is below 1.
+        Straight RGB in [0, 1]; RGBA if any alpha is below 1.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def as_image(source: Picture) -> FloatArray:
     """
     if isinstance(source, (str, os.PathLike, bytes)) or hasattr(source, "read"):
         return read_image(cast("BinaryIO", source))
-    if hasattr(source, "getbands"):  # a Pillow picture; Pillow itself need not be loaded to tell
+    if hasattr(source, "getbands"):  # a Pillow picture, recognized without importing Pillow
         return _straight("picture", b"", cast("Image", source).copy())
     try:
         array = np.asarray(source)
@@ -126,7 +126,7 @@ def _straight(name: str, data: bytes, image: Image | None) -> FloatArray:
         raise ImageError(f"{name}: {error}") from error
     except MemoryError as error:
         raise ImageError(f"{name}: not enough memory for its pixels; scale it down first") from error
-    except Exception as error:  # decoders meet damaged data with exceptions of every kind
+    except Exception as error:  # damaged data can raise any exception
         raise ImageError(f"{name}: {damage(error)}") from error
     if not color.size:
         raise ImageError(f"{name}: has no pixels")
@@ -156,7 +156,7 @@ def over_background(image: ArrayLike, background: ArrayLike) -> FloatArray:
     Returns
     -------
     (H, W, 3) float32
-        ``alpha * rgb + (1 - alpha) * background``; a copy of `image` where it has no alpha.
+        ``alpha * rgb + (1 - alpha) * background``; a copy of `image` if it has no alpha.
 
     Examples
     --------
@@ -173,7 +173,7 @@ def over_background(image: ArrayLike, background: ArrayLike) -> FloatArray:
 
 
 def over_ground(image: NDArray[Any], ground: NDArray[Any]) -> FloatArray:
-    """Lay a picture over an opaque one: RGB as it is, of premultiplied RGBA p + (1 - a) g, (H, W, 3) float32."""
+    """Composite a picture over an opaque one: premultiplied RGBA gives p + (1 - a) g, RGB itself; (H, W, 3) float32."""
     composite = image if image.shape[2] == 3 else image[..., :3] + (1 - image[..., 3:]) * ground
     return np.asarray(composite, dtype=np.float32)
 

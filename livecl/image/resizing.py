@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Working size: downscale large pictures for the run, as outlines have no resolution."""
+"""Working size: reduce large pictures for the run, as outlines have no resolution."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import reprlib
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: Side, px, of the square whose area larger pictures are reduced to where nothing else is asked for.
+#: Default side, px, of the square to whose area larger pictures are reduced.
 DEFAULT_SIZE = 512
-#: Least side, px, that pictures may be reduced to: a letter has about as many pixels, and an outline more numbers than
-#: fewer pixels have. A mistaken `--size 1` would make a whole picture one pixel.
+#: Least side, px, to which pictures may be reduced: about that of a letter; a smaller picture has fewer pixels than an
+#: outline has numbers. A mistaken `--size 1` would reduce a picture to one pixel.
 LEAST_SIZE = 16
 #: Squared error above which a reduced image has lost visible detail. Photographs at a half to a quarter of
 #: their size lose 0.001 to 0.0035, small print that is no longer readable 0.007 to 0.013.
@@ -20,16 +20,15 @@ DETAIL_IS_LOST = 5e-3
 
 
 def working_size(size: tuple[int, int], side: int) -> tuple[int, int]:
-    """Return the height and width, px, that a picture is worked on at.
+    """Return the working size, (height, width) px, of a picture.
 
     Parameters
     ----------
     size : (int, int)
         Height and width of the picture, px.
     side : int
-        Larger pictures are reduced to about as many pixels as a square of this side, px, has; smaller ones stay as they
-        are, and so do long and narrow ones, of which a limit on the longer side would leave nothing. At least 16, or 0
-        for no limit.
+        Larger pictures are reduced to about the area of a square of this side, px. A limit on the area, not on the
+        longer side, keeps long and narrow pictures. At least 16, or 0 for no limit.
 
     >>> working_size((1500, 2000), 512)
     (443, 591)
@@ -51,9 +50,9 @@ def working_size(size: tuple[int, int], side: int) -> tuple[int, int]:
 
 
 def working_size_of(image: NDArray[np.floating], side: int) -> tuple[int, int]:
-    """Return the height and width, px, that a picture (H, W, C) is worked on at: pixel art at whole pixels a cell.
+    """Return the working size, (height, width) px, of a picture (H, W, C).
 
-    Other pictures at :func:`working_size`.
+    Pixel art is reduced to a whole number of pixels per cell, other pictures to :func:`working_size`.
     """
     height, width = size = (image.shape[0], image.shape[1])
     smaller = working_size(size, side)
@@ -100,11 +99,11 @@ def reduced(image: ArrayLike, size: tuple[int, int]) -> NDArray[np.float32]:
         alpha = pixels[..., 3:]
         means = resize_local_mean(np.concatenate([alpha * pixels[..., :3], alpha], axis=2), size, channel_axis=-1)
         means[..., :3] /= np.maximum(means[..., 3:], np.finfo(np.float32).tiny)
-    return np.clip(means, 0, 1).astype(np.float32)  # means of many float32 numbers may exceed 1 by rounding
+    return np.clip(means, 0, 1).astype(np.float32)  # means may exceed 1 by rounding
 
 
 def detail_lost(image: NDArray[np.float32], size: tuple[int, int]) -> float:
-    """Mean squared error of a picture against itself reduced to `size` and enlarged again (bilinear)."""
+    """Return the mean squared error of a picture reduced to `size` and enlarged again (bilinear)."""
     if image.shape[:2] == tuple(size):
         return 0.0
     from skimage.transform import resize

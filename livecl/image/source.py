@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sources of images: the bytes of a file, and the image that Pillow identifies in them, not yet decoded."""
+"""Sources of images: read the bytes of a file, and open them with Pillow, not yet decoded."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from livecl.errors import ImageError, readable
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
 
-#: Largest number of pixels read, about 1 GB as float32 RGB: a larger image is taken for a decompression bomb.
+#: Largest number of pixels read, about 1 GB as float32 RGB: larger images could be decompression bombs.
 MAX_PIXELS = 89_000_000
 TOO_LARGE = f"more than {MAX_PIXELS // 1_000_000} million pixels; scale it down first"
-#: Largest file read, bytes: more than pictures of the most pixels have, in four numbers of 32 bits each.
+#: Largest file read, bytes: more than the largest picture has with four 32-bit channels.
 MAX_BYTES = 1_500_000_000
-#: Endings of the picture files that are taken from folders; a file that is named itself may have any.
+#: Suffixes of picture files in folders; a file given by name may have any.
 SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".gif", ".webp", ".tif", ".tiff", ".bmp"})
 ADVICE = "give a whole PNG, JPEG, GIF, WebP, TIFF or BMP file"
 IS_DRAWING = "is an SVG, a drawing and not a picture of pixels; export it as PNG, or refine it as the start"
@@ -28,7 +28,7 @@ _TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
 
 def content(source: str | os.PathLike[str] | bytes | BinaryIO) -> tuple[str, bytes]:
-    """Return a name for messages, and the file's bytes; ImageError where there are none, or too many."""
+    """Return a name for messages, and the file's bytes; ImageError if there are none, or too many."""
     if isinstance(source, bytes):
         name, data = "picture data", source
     elif isinstance(source, (str, os.PathLike)):
@@ -55,7 +55,7 @@ def content(source: str | os.PathLike[str] | bytes | BinaryIO) -> tuple[str, byt
 
 
 def _file_content(path: Path) -> bytes:
-    """Return a file's bytes, at most one more than are read; those of a pipe until its writer ends."""
+    """Return a file's bytes, cut one byte beyond the largest size; those of a pipe until its writer ends."""
     with path.open("rb") as stream:
         status = os.fstat(stream.fileno())
         whole = stat.S_ISREG(status.st_mode) and status.st_size <= MAX_BYTES
@@ -63,9 +63,9 @@ def _file_content(path: Path) -> bytes:
 
 
 def opened(name: str, data: bytes) -> ImageFile | None:
-    """Return Pillow's picture, its pixels not yet decoded; None for a TIFF of a kind that Pillow does not know.
+    """Open a picture with Pillow, its pixels not yet decoded; None for a TIFF that Pillow does not support.
 
-    Raises ImageError if it is no picture, or one of too many pixels.
+    Raises ImageError if it is no picture, or has too many pixels.
     """
     from PIL import Image, ImageFile, UnidentifiedImageError
 
@@ -83,7 +83,7 @@ def opened(name: str, data: bytes) -> ImageFile | None:
         raise ImageError(f"{name}: not a picture of a kind that can be read; {ADVICE}") from error
     except MemoryError as error:
         raise ImageError(f"{name}: not enough memory; scale the picture down first") from error
-    except Exception as error:  # decoders meet damaged data with exceptions of every kind
+    except Exception as error:  # damaged data can raise any exception
         raise ImageError(f"{name}: {damage(error)}") from error
     if image.format == "EPS" or isinstance(image, ImageFile.StubImageFile):
         raise ImageError(f"{name}: {image.format} needs another program to be drawn; export it as PNG")
@@ -98,6 +98,6 @@ def _is_svg(data: bytes) -> bool:
 
 
 def damage(error: Exception) -> str:
-    """Return a decoder's message on damaged data in one line of visible characters."""
+    """Return a decoder's message on damaged data as one line of printable characters."""
     reason = readable(str(error)[:150]) or type(error).__name__
     return f"the picture is damaged or cut off ({reason}); {ADVICE}"

@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-#: Exponent of sRGB as PNG's gamma states it, and how far from 1 the exponent left over may be to be let be: the gamma
-#: that writers of sRGB state, 1/2.2, is a little off, and some say 1/2.3 or so for the same.
+#: Exponent of sRGB in terms of PNG's gamma; and the largest deviation from 1 of a correcting exponent that is ignored:
+#: writers of sRGB state 1/2.2, which is slightly off, and some about 1/2.3.
 _GAMMA, _NEGLIGIBLE = 2.2, 0.05
-#: Least and largest gamma taken at its word.
+#: Least and largest credible gamma.
 _GAMMAS = (0.1, 10.0)
 
 FloatArray = NDArray[np.float32]
 
 
 def in_srgb(name: str, image: Image, info: Mapping[Any, Any]) -> FloatArray:
-    """Return an 8-bit L, RGB, CMYK or LAB picture as sRGB, through its colour profile where it has one.
+    """Convert an 8-bit L, RGB, CMYK or LAB picture to sRGB, by its colour profile if it has one.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def in_srgb(name: str, image: Image, info: Mapping[Any, Any]) -> FloatArray:
 
 
 def other_profile(info: Mapping[Any, Any]) -> bytes | None:
-    """Return a picture's colour profile, None where it has none or one that calls itself sRGB."""
+    """Return a picture's colour profile; None if it has none, or one named sRGB."""
     from PIL import ImageCms
 
     profile: bytes | None = info.get("icc_profile") or None
@@ -65,14 +65,14 @@ def other_profile(info: Mapping[Any, Any]) -> bytes | None:
         if profile and "srgb" in ImageCms.getProfileDescription(ImageCms.ImageCmsProfile(io.BytesIO(profile))).lower():
             return None
     except (ImageCms.PyCMSError, OSError, TypeError):
-        pass  # it cannot be read: who applies it says so
+        pass  # unreadable: the caller that applies it warns
     return profile
 
 
 def without_gamma(color: FloatArray, info: Mapping[Any, Any]) -> FloatArray:
-    """Return colours as sRGB where a PNG states another gamma, and neither sRGB nor a profile, which come first.
+    """Convert colours to sRGB if a PNG states a gamma, but neither sRGB nor a profile, which take precedence.
 
-    The file's numbers are light to the power of gamma; sRGB's are, as PNG has it, light to the power of 1/2.2.
+    The file's numbers are light to the power of gamma; those of sRGB, in PNG's terms, light to the power of 1/2.2.
     """
     gamma = info.get("gamma")
     if gamma is None or "srgb" in info or info.get("icc_profile") or not _GAMMAS[0] <= gamma <= _GAMMAS[1]:

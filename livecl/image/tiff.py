@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 #: Compressions that need no codec package: none, deflate (two numbers), PackBits.
 _DEFLATE = (8, 32946)
 _COMPRESSIONS = (1, *_DEFLATE, 32773)
-#: Most numbers of a pixel: colours, alpha, and some that are not looked at.
+#: Maximum number of samples per pixel: colours, alpha, and others, which are ignored.
 _MAX_SAMPLES = 8
-#: Bytes that any part of a file may be inflated to; larger ones may no more than the whole picture has.
+#: Any strip or tile may be inflated to this number of bytes; larger ones to the size of the whole picture.
 _MAX_INFLATED = 16_000_000
 
 FloatArray = NDArray[np.float32]
 
 
 def is_deep_tiff(image: Image) -> bool:
-    """Whether a picture is a grey or RGB TIFF of more than 8 bits a number that imageio decodes without more packages.
+    """Whether a picture is a grey or RGB TIFF of more than 8 bits that imageio decodes without further packages.
 
-    In other compressions Pillow reads it, colours at 8 bits.
+    With other compressions, Pillow reads it, colours at 8 bits.
     """
     if image.format != "TIFF":
         return False
@@ -41,30 +41,30 @@ def is_deep_tiff(image: Image) -> bool:
 
 
 def decode_deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
-    """Decode the numbers of a TIFF's first picture as they are.
+    """Decode a TIFF's first picture.
 
     Returns
     -------
     color : (H, W, 1) or (H, W, 3) float32
-        Straight grey or RGB, 1 for full intensity; a float picture's numbers are as in the file.
+        Straight grey or RGB, 1 for full intensity; numbers of float pictures are not scaled.
     alpha : (H, W, 1) float32 or None
         Alpha; None if the image has none.
     orientation : int
-        EXIF orientation, still to be applied.
+        EXIF orientation, not yet applied.
 
     Raises
     ------
     ImageError
-        If the picture is of a kind that is not read, or too large; damaged data raises exceptions of every kind.
+        If the kind of picture is not supported, or it is too large; damaged data can raise any exception.
     """
     from imageio import v3 as imageio
 
     log = logging.getLogger("tifffile")
-    if not log.hasHandlers():  # else its messages on damaged files are printed beside the exception
+    if not log.hasHandlers():  # otherwise its messages on damaged files are printed in addition to the exception
         log.addHandler(logging.NullHandler())
     file: Any  # the plugin has arguments that the base class does not declare
     with imageio.imopen(data, "r", plugin="tifffile") as file:
-        # Any index but `...` makes a list of all pages first, which damaged files chain by the billion.
+        # Any index except `...` first lists all pages, which may be billions in damaged files.
         tags = file.metadata(index=..., page=0)
         _refuse_bombs(data, tags)
         pixels = np.asarray(file.read(index=..., page=0))
@@ -87,20 +87,20 @@ def decode_deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
         if extra[0] == 1:
             color = np.divide(
                 color, np.where(alpha > 0, alpha, 1), dtype=np.float32
-            )  # the file holds premultiplied colours
+            )  # colours in the file are premultiplied
     return color, alpha, int(tags.get("Orientation", 1))
 
 
 def unit_floats(pixels: NDArray[Any]) -> FloatArray:
-    """Return unsigned numbers as shares of the largest of their type, and floats as they are."""
+    """Scale unsigned numbers by the largest of their type; return floats unchanged."""
     largest = float(np.iinfo(pixels.dtype).max) if pixels.dtype.kind == "u" else 1.0
-    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, which read_image refuses
+    with np.errstate(over="ignore"):  # doubles beyond float32 become infinite, which read_image refuses
         shares: FloatArray = (pixels / largest).astype(np.float32)
     return shares
 
 
 def _refuse_bombs(data: bytes, tags: Mapping[str, Any]) -> None:
-    """Raise ImageError, before memory is taken, for a picture of too many numbers or data that inflates to more."""
+    """Raise ImageError, before memory is allocated, for too large a picture or data that inflates to more."""
     num_pixels = tags["ImageWidth"] * tags["ImageLength"] * tags.get("ImageDepth", 1)
     samples = tags.get("SamplesPerPixel", 1)
     if num_pixels > MAX_PIXELS or samples > _MAX_SAMPLES:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Align two outlines: equal numbers of segments, start points and directions of least motion.
 
-An outline is a list of closed subpaths, each (m, 4, 2): the cubics of its segments, px. Nothing here changes what an
-outline encloses under the nonzero rule: segments are cut without moving the curve, subpaths start elsewhere, and if one
-of an outline's subpaths is reversed, all are.
+An outline is a list of closed subpaths, each (m, 4, 2): the cubics of its segments, px. Nothing here changes the area
+filled under the nonzero rule: segments are cut without moving the curve, subpaths get another start, and an outline's
+subpaths are only reversed all together.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from scipy.optimize import linear_sum_assignment
 
 from livecl.geometry import bezier
 
-#: Chords that stand for a segment where its length is measured.
+#: Number of chords for measuring a segment's length.
 CHORDS = 32
-#: Squared distance in place of that of subpaths which must not become one another: more than any canvas has, px^2.
+#: Squared distance of subpaths that must not be matched, px^2: larger than any on a canvas.
 _NEVER = 1e15
 
 FloatArray = NDArray[np.float64]
@@ -29,7 +29,7 @@ CubicPaths: TypeAlias = list[FloatArray]
 
 
 def split(cubic: ArrayLike, count: int) -> FloatArray:
-    """Cut one cubic (4, 2) into `count` pieces of equal arc length that together are the same curve.
+    """Cut a cubic (4, 2) into `count` pieces of equal arc length.
 
     Returns
     -------
@@ -38,7 +38,7 @@ def split(cubic: ArrayLike, count: int) -> FloatArray:
 
     Notes
     -----
-    The pieces are exact; that their lengths are equal is only as exact as `CHORDS` chords measure them.
+    The pieces are exact; their lengths are equal as measured by `CHORDS` chords.
     """
     cubic = np.asarray(cubic, dtype=np.float64)
     parameters = np.linspace(0, 1, CHORDS + 1)
@@ -69,7 +69,7 @@ def subdivide(cubics: ArrayLike, count: int) -> FloatArray:
 
 
 def best_shift(fixed: ArrayLike, moving: ArrayLike) -> tuple[int, float]:
-    """Find at which of its segments a closed subpath is to start, so that it lies best on another of as many segments.
+    """Find the start segment of a closed subpath for which it best matches another one of as many segments.
 
     Parameters
     ----------
@@ -81,14 +81,14 @@ def best_shift(fixed: ArrayLike, moving: ArrayLike) -> tuple[int, float]:
     shift : int
         Segment of `moving` that corresponds to the first of `fixed`.
     distance : float
-        Mean squared distance of their control points, px^2, after each subpath's mean is taken from its points.
+        Mean squared distance of their control points, px^2, each relative to its subpath's mean.
 
     Notes
     -----
     With the points as complex numbers a_ij, b_ij (segment i, j = 0, 1, 2) about their means, sum |a_ij - b_(i+k)j|^2 is
-    sum |a|^2 + sum |b|^2 - 2 Re sum conj(a_ij) b_(i+k)j: the last sum is a circular correlation over i, for all k at
-    once an FFT. The means are those of all control points, which no shift or reversal changes; so taking them away
-    leaves the least sum over all translations as well.
+    sum |a|^2 + sum |b|^2 - 2 Re sum conj(a_ij) b_(i+k)j: the last sum is a circular correlation over i, computed for
+    all k at once by FFT. The means are those of all control points, which no shift or reversal changes; so subtracting
+    them gives the least sum over all translations as well.
     """
     a, b = _about_mean(fixed), _about_mean(moving)
     correlation = np.fft.ifft((np.fft.fft(a, axis=0).conj() * np.fft.fft(b, axis=0)).sum(axis=1)).real
@@ -100,9 +100,9 @@ def best_shift(fixed: ArrayLike, moving: ArrayLike) -> tuple[int, float]:
 def align(first: Sequence[ArrayLike], second: Sequence[ArrayLike]) -> tuple[CubicPaths, CubicPaths]:
     """Return two outlines with subpaths, segments and points that correspond.
 
-    Subpaths that lie alike within their outlines are matched, never a hole with a filled one; to one that is left
-    over belongs a point in the other outline, where it grows from or shrinks to. All of `second` is reversed if that
-    brings it nearer.
+    Subpaths of similar places within their outlines are matched, never a hole with a filled one; an unmatched subpath
+    corresponds to a point in the other outline, from which it grows or to which it shrinks. All of `second` is reversed
+    if that brings it nearer.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def align(first: Sequence[ArrayLike], second: Sequence[ArrayLike]) -> tuple[Cubi
 
 
 def _matched(a: CubicPaths, b: CubicPaths) -> tuple[list[tuple[int | None, int | None]], float]:
-    """Pair the subpaths of two outlines, directions as they are; return the pairs, and their cost, px^2."""
+    """Pair the subpaths of two outlines in their present directions; return the pairs and their cost, px^2."""
     distances = np.empty((len(a), len(b)))
     alone = len(a) == len(b) == 1
     shift = center(b) - center(a)
@@ -171,20 +171,20 @@ def _mean(subpath: FloatArray) -> FloatArray:
 
 
 def center(outline: CubicPaths) -> FloatArray:
-    """Middle of the box around the control points, which small holes do not move: (2,), px."""
+    """Return the centre of the control points' bounding box, which does not depend on small holes: (2,), px."""
     bounds = bezier.outline_bounds(outline)
     return (bounds[:2] + bounds[2:]) / 2
 
 
 def _about_mean(cubics: ArrayLike) -> NDArray[np.complex128]:
-    """Return the control points (m, 3) as complex numbers about their mean."""
+    """Return the control points (m, 3) as complex numbers relative to their mean."""
     points = np.asarray(cubics, dtype=np.float64)[:, :3]
     numbers: NDArray[np.complex128] = points[..., 0] + 1j * points[..., 1]
     return numbers - numbers.mean()
 
 
 def chords(cubics: FloatArray) -> FloatArray:
-    """Lengths of the `CHORDS` chords at even parameters of each cubic: (m, CHORDS), px."""
+    """Return the lengths of the `CHORDS` chords at even parameters of each cubic: (m, CHORDS), px."""
     points = bezier.evaluate(cubics, np.linspace(0, 1, CHORDS + 1))
     lengths: FloatArray = np.linalg.norm(np.diff(points, axis=-2), axis=-1)
     return lengths

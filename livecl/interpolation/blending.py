@@ -22,10 +22,10 @@ from livecl.interpolation.fills import mix_geometry, paired_fills
 from livecl.interpolation.lines import StrokeLine, align_lines
 from livecl.interpolation.matching import Match, match_layers
 
-#: Transitions of layers without a partner.
+#: Transitions of layers without a match.
 Lone = Literal["fade", "grow"]
 
-#: Width, px, of a stroke that grows from nothing.
+#: Initial width of a stroke that grows, px.
 THIN = 1e-3
 
 FloatArray = NDArray[np.float64]
@@ -40,7 +40,7 @@ class _Layer(NamedTuple):
     strokes: Strokes
 
     def rows(self) -> list[FloatArray]:
-        """Return the points of each subpath; an open line's end is a row of its own."""
+        """Return the points of each subpath; the end of an open line is a separate row."""
         return [
             np.concatenate([cubics[:, :3], np.broadcast_to(cubics[-1:, 3:], (1, 3, 2))]) if is_open else cubics[:, :3]
             for cubics, is_open in zip(self.outline, self.strokes.is_open, strict=True)
@@ -60,7 +60,7 @@ def interpolate(
 def interpolate(
     a: Drawing, b: Drawing, t: float | Sequence[float], *, match: Match = "order", lone: Lone = "fade"
 ) -> Drawing | list[Drawing]:
-    """Return drawings between two.
+    """Interpolate between two drawings.
 
     Parameters
     ----------
@@ -69,18 +69,18 @@ def interpolate(
     t : float or sequence of float
         Places between `a` (0) and `b` (1).
     match : "order" or "nearest"
-        Which layers belong together, see :func:`livecl.interpolation.matching.match_layers`: those of the same place
-        in paint order, or those that are alike.
+        Matching of layers, see :func:`livecl.interpolation.matching.match_layers`: by place in paint order, or the most
+        similar ones.
     lone : "fade" or "grow"
-        How a layer without a partner comes or goes: by its opacity, or from and to a point in its middle (which leaves
-        a hole where a large one goes).
+        How a layer without a match appears or disappears: by its opacity, or from and to a point in its middle (which
+        leaves a hole if a large one disappears).
 
     Returns
     -------
     Drawing, or list of Drawing
         One for each `t`, all of the same structure (:meth:`Drawing.same_structure`); stages and names are those of `a`,
-        of `b` where `a` has none. At 0 and 1 they look as `a` and
-        `b`, but may have more segments, and layers that are points or transparent.
+        or of `b` for layers without a match in `a`. At 0 and 1 they look like `a` and `b`, but may have more segments,
+        and layers that are points or transparent.
 
     Raises
     ------
@@ -90,12 +90,12 @@ def interpolate(
     Notes
     -----
     Points: ``p = (1 - t) p_a + t p_b``, after :func:`livecl.interpolation.alignment.align`. Colours are mixed
-    premultiplied, see :func:`mix_colors`, and so are those of a gradient's stops, whose points and places are mixed
-    like points. Fills of different kinds: :func:`livecl.interpolation.fills.paired_fills`.
+    premultiplied, see :func:`mix_colors`, also those of a gradient's stops; its geometry and offsets are mixed like
+    points. Fills of different kinds: :func:`livecl.interpolation.fills.paired_fills`.
 
     Strokes: centre lines are matched by :func:`livecl.interpolation.lines.align_lines`, widths are mixed, and caps,
-    joins and miter limits change half-way. A stroked layer and a filled one do not become each other: one goes as the
-    other comes.
+    joins and miter limits change half-way. A stroked layer and a filled one are never matched: one disappears as the
+    other appears.
 
     Examples
     --------
@@ -114,10 +114,9 @@ def interpolate(
 
 
 def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "fade") -> tuple[Drawing, Drawing]:
-    """Return two drawings that look as those given, in which layers, subpaths, segments and points correspond.
+    """Return two drawings that look like those given, with corresponding layers, subpaths, segments and points.
 
-    Arguments and errors are those of :func:`interpolate`; of each point and colour, it goes from that of the first
-    drawing returned to that of the second.
+    Arguments and errors are those of :func:`interpolate`, which blends the two.
     """
     for name, drawing in (("a", a), ("b", b)):
         check_type(name, drawing, Drawing, WANTED_DRAWING)
@@ -154,7 +153,7 @@ def correspond(a: Drawing, b: Drawing, *, match: Match = "order", lone: Lone = "
 
 
 def mix_colors(a: ArrayLike, b: ArrayLike, t: float) -> FloatArray:
-    """Mix straight colours (..., 4), `t` of the second, so that premultiplied ones are mixed linearly.
+    """Mix straight colours (..., 4), linearly in premultiplied form, with weight `t` of the second.
 
     Returns
     -------
@@ -163,10 +162,10 @@ def mix_colors(a: ArrayLike, b: ArrayLike, t: float) -> FloatArray:
 
     Notes
     -----
-    A layer of colour c and opacity o makes o c + (1 - o) C out of the colour C below it. For fixed shapes this is the
-    mean of its two end pictures, (1 - t) and t of each, exactly if o c and o are such means: so
-    o = (1 - t) o_a + t o_b and c = ((1 - t) o_a c_a + t o_b c_b) / o. With w = t o_b / o that is (1 - w) c_a + w c_b,
-    a mean weighted by opacity: a fading layer keeps its colour. Where o = 0, w = t.
+    A layer of colour c and opacity o turns the colour C below it into o c + (1 - o) C. For fixed shapes this is the
+    weighted mean of both end pictures exactly if o c and o are such means: so o = (1 - t) o_a + t o_b and
+    c = ((1 - t) o_a c_a + t o_b c_b) / o. With w = t o_b / o that is (1 - w) c_a + w c_b, a mean weighted by opacity: a
+    fading layer keeps its colour. If o = 0, w = t.
     """
     a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
     opacity = _mix(a[..., 3:], b[..., 3:], t)
@@ -175,14 +174,14 @@ def mix_colors(a: ArrayLike, b: ArrayLike, t: float) -> FloatArray:
 
 
 def fit_canvas(drawing: Drawing, size: tuple[int, int]) -> Drawing:
-    """Return a drawing scaled evenly, as large as it fits, into the middle of a canvas (height, width) px."""
+    """Scale a drawing uniformly to fit into a canvas (height, width) px, and centre it."""
     scale = min(new / old for new, old in zip(size, drawing.size, strict=True))
     margin = [(new - scale * old) / 2 for new, old in zip(size, drawing.size, strict=True)]
     return stretched(drawing, scale, size, margin[::-1])
 
 
 def collapsed(drawing: Drawing) -> Drawing:
-    """Return the drawing with every layer collapsed to the middle of its box, so that nothing is visible."""
+    """Return the drawing with every layer collapsed to the middle of its box, so that none is visible."""
     boxes = layer_boxes(drawing)
     middles = (boxes[:, :2] + boxes[:, 2:]) / 2
     points = np.broadcast_to(middles[drawing.segment_layers][:, None], drawing.points.shape)
@@ -212,7 +211,7 @@ def _mix(a: FloatArray, b: FloatArray, t: float | FloatArray) -> FloatArray:
 
 
 def _layer_ends(a: Drawing, b: Drawing, i: int | None, j: int | None, lone: Lone) -> tuple[_Layer, _Layer]:
-    """Return a layer's outline and paint at both ends: those of a pair, or of one layer and its absence."""
+    """Return a layer at both ends: a matched pair, or a single layer and its invisible form."""
     if i is not None and j is not None:
         return _pair(_layer(a, i), _layer(b, j))
     if i is not None:
@@ -259,7 +258,7 @@ def _absent(layer: _Layer, lone: Lone) -> _Layer:
 
 
 def _thin(strokes: Strokes) -> Strokes:
-    """Return strokes that are too thin to be seen."""
+    """Return strokes that are too thin to be visible."""
     return strokes.with_widths(np.where(strokes.widths > 0, THIN, 0.0)) if strokes.any else strokes
 
 

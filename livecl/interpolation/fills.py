@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Interpolation of fills: convert two to one kind and number of stops, without changing their look, and mix them."""
+"""Interpolation of fills: convert two to the same kind and number of stops, without changing their look; mix them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from livecl.drawing.fills import LINEAR, MAX_COORDINATE, RADIAL, SOLID, Fills
 
-#: Half axis, px, of the radial gradient that stands for a linear one, across its direction. Where the layer is
-#: y px from the middle line and x px from the centre, its lines of equal colour are off by less than
-#: (r y / FAR)^2 / 2x, r being the other half axis: 0.06 px for r and y of 1500 and 1000, and x of 500.
+#: Half axis, px, across its direction, of the radial gradient that represents a linear one. At y px from the middle
+#: line and x px from the centre, its lines of equal colour are off by less than (r y / FAR)^2 / 2x, with r the other
+#: half axis: 0.06 px for r and y of 1500 and 1000, and x of 500.
 FAR = 2e5
 
 FloatArray = NDArray[np.float64]
@@ -21,18 +21,18 @@ def paired_fills(
 ) -> tuple[Fills, Fills]:
     """Return the fills of two layers as fills of one kind with the same number of stops, looking as before.
 
-    A solid fill becomes a gradient like the other, whose stops are all of its colour. A linear gradient beside a radial
-    one becomes the radial gradient of a long ellipse. Of linear gradients in opposite directions one is turned around.
-    Of gradients with different numbers of stops, each gets stops where the other has one.
+    A solid fill becomes a gradient like the other, with all stops of its colour. A linear gradient paired with a radial
+    one becomes the radial gradient of a long ellipse. Of linear gradients in opposite directions one is reversed. If
+    the numbers of stops differ, each gets stops where the other has one.
 
     Parameters
     ----------
     a, b : Fills
         Of one layer each.
     colors : two of (4,)
-        Straight RGBA of the layers, for those that are solid.
+        Straight RGBA of the layers, used if they are solid.
     boxes : two of (4,)
-        Box of each layer: least and greatest x, y as (x0, y0, x1, y1), px.
+        Bounding box (x0, y0, x1, y1) of each layer, px.
     """
     kinds = int(a.kinds[0]), int(b.kinds[0])
     if kinds == (SOLID, SOLID):
@@ -54,8 +54,8 @@ def paired_fills(
 def mix_geometry(a: Fills, b: Fills, t: float) -> FloatArray:
     """Mix the points of fills of the same kinds, of :func:`paired_fills`: (N, 3, 2).
 
-    Points are mixed linearly. Where one of two ellipses stands for a linear gradient, the inverse E^-1 of the matrix of
-    axes is mixed instead: the place of a pixel, ``t = |E^-1 (p - c)|``, goes evenly from one gradient's to the other's.
+    Points are mixed linearly. If one of two ellipses represents a linear gradient, the inverse E^-1 of the matrix of
+    axes is mixed instead, so that ``t = |E^-1 (p - c)|`` of a pixel changes evenly.
     """
     geometry = np.where(a.geometry == b.geometry, a.geometry, (1 - t) * a.geometry + t * b.geometry)
     axes = [fills.geometry[:, 1:] - fills.geometry[:, :1] for fills in (a, b)]
@@ -78,9 +78,9 @@ def _turned(fills: Fills) -> Fills:
 
 
 def _upright(fills: Fills) -> Fills:
-    """Return a radial gradient whose axes are a symmetric positive matrix, so that mixtures of two have an inverse.
+    """Return an equal radial gradient whose axes are a symmetric positive matrix, so that mixtures are invertible.
 
-    t = |E^-1 q| depends on E E^T only; its root is such a matrix.
+    t = |E^-1 q| depends on E E^T only; its square root is such a matrix.
     """
     axes = (fills.geometry[0, 1:] - fills.geometry[0, 0]).T
     vectors, lengths, _ = np.linalg.svd(axes)
@@ -89,9 +89,9 @@ def _upright(fills: Fills) -> Fills:
 
 
 def _as_radial(fills: Fills, box: FloatArray) -> Fills:
-    """Return the radial gradient of a long ellipse that looks as a linear gradient within a box (x0, y0, x1, y1).
+    """Return the radial gradient of a long ellipse that looks like a linear gradient within a box (x0, y0, x1, y1).
 
-    Its centre lies on the line of the gradient, before the box by its extent, so that t grows all over it.
+    Its centre lies on the line of the gradient, before the box by the box's extent, so that t increases all over it.
     """
     start, end = fills.geometry[0, :2]
     length = float(np.linalg.norm(end - start))
@@ -102,7 +102,7 @@ def _as_radial(fills: Fills, box: FloatArray) -> Fills:
     places = corners @ along
     extent = max(length, float(np.ptp(corners, axis=0).max()))
     before = min(0.0, float(places.min())) - extent
-    # The middle line goes through the box, where the ellipse differs least from a straight band.
+    # The middle line passes through the box, where the ellipse differs least from a straight band.
     across = np.array([-along[1], along[0]])
     aside = float((corners @ across).mean()) * across
     radius = length - before
@@ -112,12 +112,12 @@ def _as_radial(fills: Fills, box: FloatArray) -> Fills:
 
 
 def _radial(fills: Fills, center: FloatArray, axes: FloatArray, positions: FloatArray) -> Fills:
-    """Return a radial gradient of a matrix of axes, its columns, with the stops' colours of another."""
+    """Return a radial gradient with the columns of a matrix as axes, and the stops' colours of another."""
     return Fills.radial(center, center + axes[:, 0], center + axes[:, 1], fills.stop_colors, positions)
 
 
 def _with_same_stops(a: Fills, b: Fills) -> tuple[Fills, Fills]:
-    """Return gradients of the same number of stops: as they are, or each with stops where only the other has one."""
+    """Return gradients with equal numbers of stops; if they differ, each gets stops where only the other has one."""
     if len(a.stop_positions) == len(b.stop_positions):
         return a, b
     places = np.union1d(a.stop_positions, b.stop_positions)
@@ -127,7 +127,7 @@ def _with_same_stops(a: Fills, b: Fills) -> tuple[Fills, Fills]:
 
 
 def _with_stops(fills: Fills, places: FloatArray, counts: NDArray[np.int64]) -> Fills:
-    """Return a gradient with a number of stops at each place, of its colours there; its own stops stay."""
+    """Return a gradient with `counts` stops at each of `places`, keeping its colours and its own stops."""
     rows = []
     for place, count in zip(places.tolist(), counts.tolist(), strict=True):
         own = fills.stop_colors[fills.stop_positions == place]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Align the centre lines of two stroked layers: equal numbers of lines and segments, directions of least motion.
 
-A line is open or closed, the cubics of its segments (m, 4, 2), px. Unlike an outline it encloses nothing: each line may
-be reversed by itself, and a closed one may be cut open, which a pen's mark does not show where the line is smooth.
+A line is open or closed, with the cubics of its segments (m, 4, 2), px. Unlike outlines, lines may be reversed one by
+one, and a closed one may be cut open, which is invisible where the line is smooth.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from livecl.interpolation.alignment import CHORDS, best_shift, center, chords, s
 
 FloatArray = NDArray[np.float64]
 
-#: Steps of equal length along a line at which two lines are compared; a closed one may be cut at each of them.
+#: Number of steps of equal length at which two lines are compared, and a closed one may be cut.
 STEPS = 16
-#: Length, px, to which a line without a partner shrinks: long enough for its caps to have a direction.
+#: Length, px, to which a line without a match shrinks: long enough for its caps to have a direction.
 SPECK = 0.01
-#: Difference, in shares of the length, from which on two nodes are better off alone than together: half of it.
+#: Cost of an unmatched node, in shares of the length: nodes farther apart than twice this are not matched.
 ALONE = 0.05
-#: Share of a segment that is left on both sides of a cut: at its ends there may be a corner.
+#: Least share of a segment on both sides of a cut: there may be corners at its ends.
 MARGIN = 0.1
 
 
@@ -37,7 +37,7 @@ class StrokeLine(NamedTuple):
 
 
 class _Way(NamedTuple):
-    """How one line lies best on another: squared distance, px^2; whether it is reversed; where it is cut, if it is."""
+    """Best match of a line with another: squared distance, px^2; whether it is reversed; the step of a cut, if any."""
 
     distance: float
     reverse: bool = False
@@ -45,11 +45,11 @@ class _Way(NamedTuple):
 
 
 def align_lines(first: list[StrokeLine], second: list[StrokeLine]) -> tuple[list[StrokeLine], list[StrokeLine]]:
-    """Return two lists of centre lines that correspond, of unchanged course, from two of at least one line each.
+    """Align two non-empty lists of centre lines, without changing their shapes.
 
-    Lines that lie alike within their layers are matched. An open and a closed line are both open then: the closed one
-    is cut where it lies best on the other. A line that is left over begins or ends as a speck on the nearest line of
-    the other layer, which hides it.
+    Lines of similar places within their layers are matched. If one is open and one closed, the closed one is cut where
+    that matches best. An unmatched line begins or ends as a speck on the nearest line of the other layer, which hides
+    it.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def align_lines(first: list[StrokeLine], second: list[StrokeLine]) -> tuple[list
 
 
 def _best_way(a: FloatArray, b: FloatArray, is_open: tuple[bool, bool]) -> _Way:
-    """Return how b, or a where only a is closed, is turned or cut to lie best on the other, by samples of both."""
+    """Return how to reverse and cut b (or a, if only a is closed) to match the other best, by samples of both."""
     fixed, moving = (b, a) if is_open == (False, True) else (a, b)
     ways = []
     for cut in range(1 if all(is_open) else STEPS):
@@ -84,7 +84,7 @@ def _best_way(a: FloatArray, b: FloatArray, is_open: tuple[bool, bool]) -> _Way:
 
 
 def _paired(a: StrokeLine, b: StrokeLine, way: _Way) -> tuple[StrokeLine, StrokeLine]:
-    """Return two lines of equal numbers of segments that begin where they belong together."""
+    """Return two lines with equal numbers of segments and corresponding starts."""
     one, other, is_open = a.cubics, b.cubics, a.is_open or b.is_open
     if is_open and not b.is_open:
         other = _cut(other, way.cut)
@@ -102,10 +102,10 @@ def _paired(a: StrokeLine, b: StrokeLine, way: _Way) -> tuple[StrokeLine, Stroke
 
 
 def _with_same_nodes(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return two open lines with as many nodes: those at about the same place along both belong together.
+    """Return two open lines with equal numbers of nodes, matched by their places along the lines.
 
-    Nodes are matched in order, at the least sum of differences of their places, shares of the length, and `ALONE` for
-    each that is not. Such a node gets one on the other line, at its share of the way between the nodes around it.
+    Nodes are matched in order, at the least sum of the differences of their places, as shares of the length, and of
+    `ALONE` for each unmatched one. Those get a node on the other line, in proportion between the matched neighbours.
     """
     lengths = _lengths(a), _lengths(b)
     u, v = (own[CHORDS:-1:CHORDS] / max(own[-1], 1e-12) for own in lengths)
@@ -133,19 +133,19 @@ def _with_same_nodes(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def _parameters(places: FloatArray, lengths: FloatArray) -> FloatArray:
-    """Return the segment and the parameter on it, added up, at places along a line, shares of its length."""
+    """Return segment index plus parameter at places along a line, given as shares of its length."""
     return np.interp(places * lengths[-1], lengths, np.arange(len(lengths)) / CHORDS)
 
 
 def _split_at(cubics: FloatArray, parameters: FloatArray) -> FloatArray:
-    """Return a line with nodes at given parameters, all inner nodes that it has among them."""
+    """Return a line with nodes at given parameters, which include all its inner nodes."""
     knots = np.sort(np.concatenate([[0.0, len(cubics)], parameters]))
     index = np.minimum(knots[:-1].astype(np.int64), len(cubics) - 1)
     return bezier.subsegment(cubics[index], knots[:-1] - index, knots[1:] - index)
 
 
 def _cut(cubics: FloatArray, step: int) -> FloatArray:
-    """Return a closed line that begins and ends at one of its steps, but at no node."""
+    """Return a closed line cut at one of its steps, but not at a node."""
     lengths = _lengths(cubics)
     at = float(_parameters(np.array(step / STEPS), lengths))
     index = min(int(at), len(cubics) - 1)
@@ -155,7 +155,7 @@ def _cut(cubics: FloatArray, step: int) -> FloatArray:
 
 
 def _speck(line: StrokeLine, others: list[StrokeLine], offset: FloatArray) -> StrokeLine:
-    """Return what stands for a line where it is absent: as many segments along a short piece of the nearest line."""
+    """Return the speck of an unmatched line: as many segments along a short piece of the nearest line."""
     middle = _samples(line.cubics).mean(axis=0) + offset
     sampled = [bezier.evaluate(other.cubics, np.linspace(0.25, 0.75, 9)) for other in others]
     distances = [np.square(points - middle).sum(axis=-1) for points in sampled]

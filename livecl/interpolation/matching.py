@@ -16,11 +16,11 @@ from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
 
 Match = Literal["order", "nearest"]
-#: Difference (see `layer_differences`) from which on the nearest are not paired: a shift by 0.63 of the canvas has it.
+#: Largest difference (see `layer_differences`) of layers paired by "nearest": a shift by 0.63 of the canvas.
 MAX_DIFFERENCE = 0.4
-#: Weight of the squared difference of each colour channel: layers in one place count as one that changes colour.
+#: Weight of the squared difference of each colour channel: small, so that layers in one place are paired.
 COLOR_WEIGHT = 0.5
-#: Layer of the first drawing and layer of the second; None where a layer has no partner.
+#: Layers of the first and of the second drawing; None if a layer has no match.
 Pair = tuple[int | None, int | None]
 
 FloatArray = NDArray[np.float64]
@@ -34,18 +34,16 @@ def match_layers(a: Drawing, b: Drawing, match: Match = "order") -> list[Pair]:
     a, b : Drawing
         On canvases of one size.
     match : "order" or "nearest"
-        "order": the layers of the same place in paint order, as the paper does. Where one drawing has more layers, all
-        of the other's find partners among them in such a way that no two pairs cross, and what differs least in place,
-        extent and colour is paired. "nearest": the pairs of least total difference (Hungarian matching), in any order,
-        and none that differs too much.
+        "order": by place in paint order, as in the paper. If one drawing has more layers, all of the other's are paired
+        in order, at the least total difference in place, extent and colour. "nearest": the pairs of least total
+        difference (Hungarian matching), in any order, without pairs that differ too much.
 
     Returns
     -------
     list of pairs of int or None
-        Every layer of either drawing once, a filled one never with a stroked one, in a paint order in which both look
-        as they are: layers that overlap in `a` stand in the order of `a`, those that overlap in `b` in that of `b`.
-        Where the nearest pairs contradict each other in this, the pair of the smallest layers is given up: they stay
-        without partners.
+        Every layer of either drawing once, filled and stroked ones never paired, in a paint order that suits both:
+        layers that overlap in `a` are in the order of `a`, those that overlap in `b` in that of `b`. If nearest pairs
+        contradict each other in this, the pair of the smallest layers is split.
 
     Raises
     ------
@@ -65,11 +63,11 @@ def match_layers(a: Drawing, b: Drawing, match: Match = "order") -> list[Pair]:
 
 
 def layer_differences(a: Drawing, b: Drawing) -> FloatArray:
-    """Return how much the layers of two drawings differ: (N_a, N_b), no unit.
+    """Return the differences between the layers of two drawings: (N_a, N_b), no unit.
 
-    The sum of squared differences of nine numbers, each about from 0 to 1: middle and sides of the layer's box as
-    parts of the canvas's longer side, by `COLOR_WEIGHT` straight red, green, blue and opacity, and 1 of strokes, 0 of
-    fills: too much for the nearest.
+    The sum of squared differences of nine numbers, each about from 0 to 1: centre and sides of the layer's box as
+    shares of the canvas's longer side; straight red, green, blue and opacity, weighted by `COLOR_WEIGHT`; and 1 for
+    strokes, 0 for fills, which alone is too much for "nearest".
     """
     difference = _features(a)[:, None] - _features(b)[None]
     squares: FloatArray = np.sum(difference * difference, axis=2)
@@ -88,7 +86,7 @@ def _in_order(differences: FloatArray) -> list[Pair]:
     if differences.shape[0] > differences.shape[1]:
         return [(i, j) for j, i in _in_order(differences.T)]
     few, many = differences.shape
-    # least[i, j]: least sum with the first i of the few among the first j of the many.
+    # least[i, j]: least sum for the first i layers of the smaller drawing among the first j of the larger.
     least = np.full((few + 1, many + 1), np.inf)
     least[0] = 0
     for i in range(few):
@@ -104,7 +102,7 @@ def _in_order(differences: FloatArray) -> list[Pair]:
 
 
 def _of_one_kind(pairs: list[Pair], a: Drawing, b: Drawing) -> list[Pair]:
-    """Return the pairs, those of a filled and a stroked layer as two layers without partners."""
+    """Split the pairs of a filled and a stroked layer."""
     found: list[Pair] = []
     for i, j in pairs:
         if i is None or j is None or (a.strokes.widths[i] > 0) == (b.strokes.widths[j] > 0):
@@ -115,7 +113,7 @@ def _of_one_kind(pairs: list[Pair], a: Drawing, b: Drawing) -> list[Pair]:
 
 
 def _without_contradictions(partners: dict[int, int], a: Drawing, b: Drawing) -> list[Pair]:
-    """Order the pairs, and the layers without partners, after giving up those pairs that no order suits."""
+    """Order the pairs and unmatched layers, after splitting pairs that no order suits."""
     areas = [np.prod(boxes[:, 2:] - boxes[:, :2], axis=1) for boxes in (layer_boxes(a), layer_boxes(b))]
     overlaps = _overlaps(a), _overlaps(b)
     while nodes := _nodes(partners, a.num_layers, b.num_layers):
@@ -130,7 +128,7 @@ def _without_contradictions(partners: dict[int, int], a: Drawing, b: Drawing) ->
 
 
 def _nodes(partners: dict[int, int], num_a: int, num_b: int) -> list[Pair]:
-    """Every layer of either drawing once; those of `a` first."""
+    """Return pairs with every layer of either drawing once; those of `a` first."""
     lone = sorted(set(range(num_b)) - set(partners.values()))
     return [(i, partners.get(i)) for i in range(num_a)] + [(None, j) for j in lone]
 
@@ -154,7 +152,7 @@ def _constraints(nodes: list[Pair], overlaps_a: NDArray[np.bool_], overlaps_b: N
 
 
 def _sorted(nodes: list[Pair], after: NDArray[np.bool_]) -> list[Pair]:
-    """Return the nodes in an order that suits the constraints: of those that may come next, the lowest layer."""
+    """Sort the nodes topologically; of those that may come next, the lowest layer is first."""
     counts = [max(1, sum(pair[side] is not None for pair in nodes)) for side in (0, 1)]
 
     def height(node: int) -> float:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Centre line scores: how far the strokes of a drawing are from those of the drawing that a picture shows."""
+"""Centre line scores: distance of a drawing's strokes from those of the true drawing."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from livecl.geometry.bezier import evaluate
 
 FloatArray = NDArray[np.float64]
 
-#: Samples for each px of the sides of a segment's control polygon.
+#: Samples per px of the sides of a segment's control polygon.
 DENSITY = 2
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class LineScores:
-    """How the strokes of a drawing compare with true ones.
+    """Agreement of a drawing's strokes with true ones.
 
     Attributes
     ----------
     line_distance : float or None
-        Mean distance of the centre lines, px, both ways; None where one of the drawings has no strokes.
+        Mean distance of the centre lines in both directions, px; None if one of the drawings has no strokes.
     line_width_off : float or None
-        Mean share by which widths are off, at the true centre lines.
+        Mean relative error of the width, at the true centre lines.
     line_nodes : float
-        Segments of all layers, fills too, for each of the true drawing's.
+        Ratio of the numbers of segments of all layers, fills included.
     """
 
     line_distance: float | None
@@ -38,7 +38,7 @@ class LineScores:
 
 
 def score_lines(true: Drawing, found: Drawing) -> LineScores:
-    """Return how a drawing's strokes compare with the true ones, of one size."""
+    """Score a drawing's strokes by the true ones; both drawings have one size."""
     theirs, their_widths = _samples(true)
     ours, our_widths = _samples(found)
     nodes = found.num_segments / max(true.num_segments, 1)

@@ -14,7 +14,7 @@ from livecl.image.errors import same_shape
 #: uniform color spaces*, Color Research and Application 19, 1994, found 2.3 in CIELAB), and the pixels that a colour
 #: needs to be one of the picture's.
 NOTICED, MIN_PIXELS = 2.3, 20
-#: Opacity from which on a layer counts as opaque.
+#: Least opacity of a layer that counts as opaque.
 OPAQUE = 0.999
 
 
@@ -47,7 +47,7 @@ def colors_in_picture(drawing: Drawing, image: ArrayLike) -> tuple[int, int]:
     Parameters
     ----------
     drawing : Drawing
-        Any drawing; layers that are translucent or filled by a gradient are not looked at.
+        Any drawing; translucent layers and those with a gradient are ignored.
     image : (H, W, 3) array_like
         The picture, in [0, 1].
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Disturb pictures as files and cameras do, which should add no layers."""
+"""Disturb pictures as JPEG files and cameras do, which should add no layers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DISTURBANCES = ("jpeg", "noise")
 
 
 def disturbed(image: ArrayLike, kind: str, seed: int = 0) -> NDArray[np.float32]:
-    """Return a picture as a file of 8 bits would bring it, disturbed.
+    """Return a disturbed picture, as read from an 8-bit file.
 
     Parameters
     ----------

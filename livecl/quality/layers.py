@@ -23,7 +23,7 @@ from livecl.layering.neighbors import flat_labels, mergeable_pairs
 from livecl.options import OPAQUE_FROM
 from livecl.rendering.rasterizer import Rasterizer
 
-#: Share of a layer's visible pixels from which on it lies in one region.
+#: Least share of a layer's visible pixels in one region for it to lie in that region.
 ONE_REGION_SHARE = 0.85
 #: A layer is needless if the mean squared error rises by less without it.
 NEEDLESS_CHANGE = 1e-6
@@ -34,13 +34,13 @@ BoolArray = NDArray[np.bool_]
 
 
 def num_parameters(drawing: Drawing) -> int:
-    """Return how many numbers describe the layers: two for each control point, four for each fill."""
+    """Count the parameters of all layers: two for each control point, four for each fill."""
     return drawing.points.size + drawing.colors.size
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class LayerMeasures:
-    """How many layers of a drawing have which property; see the functions of the same names.
+    """Counts of a drawing's layers by property; see the functions of the same names.
 
     Attributes
     ----------
@@ -54,9 +54,9 @@ class LayerMeasures:
     needless : int
         Layers without which the mean squared error falls, or rises by less than 1e-6.
     mergeable : int
-        Layers that would be saved if neighbours of the same colour were one layer.
+        Number of layers saved if neighbours of the same colour were one layer.
     nearly_opaque : int
-        Layers of an opacity above 0.9 and below 1.
+        Layers with an opacity above 0.9 and below 1.
     """
 
     layers: int
@@ -75,9 +75,9 @@ def measure_layers(drawing: Drawing, target: ArrayLike, rasterizer: Rasterizer |
     drawing : Drawing
         Any drawing.
     target : (H, W, 3) array_like, or (H, W, 4) premultiplied for a drawing without background
-        The picture that it stands for, in [0, 1]; a drawing without background is judged over white by an RGB picture.
+        The picture, in [0, 1]; a drawing without background is composited over white for an RGB picture.
     rasterizer : Rasterizer, optional
-        One of the drawing's size; made where not given.
+        One of the drawing's size; by default a new one.
     """
     if drawing.background is None and np.ndim(target) == 3 and np.shape(target)[2] == 3:
         drawing = drawing.replace(background=np.ones(3))
@@ -96,7 +96,7 @@ def measure_layers(drawing: Drawing, target: ArrayLike, rasterizer: Rasterizer |
 
 
 def region_shares(shares: ShareArray, regions: IntArray) -> FloatArray:
-    """Return the largest part of each layer's visible pixels that lies in one region: (N,); 0 where none is visible."""
+    """Return the largest share of each layer's visible pixels in one region: (N,); 0 if none is visible."""
     found = np.zeros(len(shares))
     for layer, share in enumerate(shares):
         counts = np.bincount(regions[share > VISIBLE_SHARE])
@@ -106,7 +106,7 @@ def region_shares(shares: ShareArray, regions: IntArray) -> FloatArray:
 
 
 def num_mergeable(num_layers: int, pairs: IntArray) -> int:
-    """Return how many layers fewer there would be if each group joined by `pairs` (K, 2) were one layer."""
+    """Return the number of layers saved if each group connected by `pairs` (K, 2) were one layer."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -117,7 +117,7 @@ def num_mergeable(num_layers: int, pairs: IntArray) -> int:
 
 
 def nearly_opaque(drawing: Drawing) -> BoolArray:
-    """Return which layers are not quite opaque: (N,), those of an opacity above 0.9 and below 1."""
+    """Return which layers have an opacity above 0.9 and below 1: (N,)."""
     opacity = drawing.colors[:, 3]
     return (opacity > OPAQUE_FROM) & (opacity < 1)
 
@@ -128,9 +128,9 @@ def self_crossing(drawing: Drawing, area: float = CROSSING_AREA) -> NDArray[np.b
     Parameters
     ----------
     drawing : Drawing
-        Any drawing. Two subpaths of a layer may cross each other: holes are made so.
+        Any drawing. Crossings between two subpaths of a layer do not count.
     area : float
-        Area of other winding, px^2, that counts as a crossing; see :func:`crossing_area`.
+        Least area of other winding of a crossing, px^2; see :func:`crossing_area`.
     """
     cubics, offsets = drawing.cubics, drawing.subpath_offsets
     crosses = [crossing_area(cubics[first:end]) > area for first, end in itertools.pairwise(offsets)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Count the numbers that an SVG file writes for its outlines, those a person would edit by hand."""
+"""Count the numbers of an SVG file's outlines, as a measure of the effort to edit them."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import xml.etree.ElementTree as ET
 from livecl.svg.path_data import NUMBER
 
 _NUMBER = re.compile(NUMBER)
-#: The flags of an arc, which need nothing behind them, after its first three numbers.
+#: Arcs, and their flags, which need no separator, after the first three numbers.
 _ARC = re.compile(r"([Aa])([^A-Za-z]*)")
 _FLAGS = re.compile(rf"(({NUMBER})[\s,]*({NUMBER})[\s,]*({NUMBER})[\s,]*)([01])[\s,]*([01])")
-#: Attributes that hold an outline's numbers.
+#: Attributes with numbers of outlines.
 _ATTRIBUTES = ("d", "points", "x", "y", "x1", "y1", "x2", "y2", "cx", "cy", "r", "rx", "ry", "width", "height")
 _ELEMENTS = ("path", "polygon", "polyline", "line", "circle", "ellipse", "rect")
 
 
 def count_numbers(svg: bytes | str) -> int:
-    """Return how many coordinates, lengths and angles an SVG file's shapes have, those of transforms among them.
+    """Count the coordinates, lengths and angles of an SVG file's shapes, those of transforms included.
 
     >>> count_numbers('<svg><path d="M0 0h9v9z"/><circle cx="3" cy="4" r="1"/></svg>')
     7

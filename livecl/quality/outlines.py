@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outline scores: how well the nodes, lines and shapes of a drawing are those of the drawing that a picture shows.
+"""Outline scores: agreement of a drawing's nodes, lines and shapes with those of the true drawing.
 
-Compared are the outlines of things that are found, thing by thing (livecl/quality/things.py), where the picture shows
-them: where no layer above covers them, and the colours on both sides differ.
+The outlines of matched things (livecl/quality/things.py) are compared where the picture shows them: where no layer
+above covers them, and the colours on both sides differ.
 """
 
 from __future__ import annotations
@@ -25,24 +25,23 @@ from livecl.svg.primitives import primitive_of
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-#: Turn of a join, degrees, up to which it is smooth, and from which on it is a corner; and turn of a curve that counts
-#: as one, too.
+#: Largest turn of a smooth join, least turn of a corner, and least turn of a curve that counts as a corner, degrees.
 SMOOTH, CORNER, TIGHT = 2.0, 20.0, 90.0
-#: Distance, px, up to which a corner is kept and a line follows a side; degrees between the two; and distance from
-#: corners of the true outline up to which joins belong to them.
+#: Largest distance, px, of a kept corner, and of a line from its side; largest angle between these, degrees; and
+#: distance, px, within which joins belong to a true corner.
 NEAR, ALIGNED, APART = 0.5, 3.0, 1.5
-#: Length of the shortest side that is looked at, px; how far handles of a line may be from it; and share of a side's
-#: places that must be seen, and must lie on lines.
+#: Length of the shortest side that counts, px; largest distance of a line's handles from it, px; and least share of a
+#: side's places that are visible, and that lie on lines.
 SHORTEST, STRAIGHT, ENOUGH = 3.0, 1e-3, 0.75
-#: Length, px, of segments of the true outline that nobody sees: their ends are one node. Reach of the outline about a
-#: corner, px, that must be shown for it to count.
+#: Length, px, of negligible segments of the true outline, whose ends count as one node; reach about a corner, px, that
+#: must be visible for it to count.
 UNSEEN, ARM = 0.25, 2.5
-#: Scale of the picture that shows outlines, distance from one at which both its sides are looked at, px, and least
-#: difference between them in a channel.
+#: Visibility of outlines: scale of the picture, distance of the points compared on both sides, px, and least difference
+#: between them in a channel.
 SCALE, ASIDE, SHOWN = 4, 0.5, 0.02
-#: Distance, px, from which on another outline is a different edge.
+#: Largest distance, px, between outlines of the same edge.
 SAME_EDGE = 1.0
-#: Largest distance of an outline from the circle, ellipse or rectangle that it is, px; decimals of those written.
+#: Largest distance of a true outline from its circle, ellipse or rectangle, px; decimals for those of the drawing.
 SAME_SHAPE, PRECISION = 0.1, 9
 #: Distance between places of an outline, px.
 STEP = 0.5
@@ -50,27 +49,28 @@ STEP = 0.5
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class OutlineScores:
-    """What of the outlines of a true drawing is found in another one.
+    """Agreement of a drawing's outlines with those of a true one.
 
     Attributes
     ----------
     shapes, shapes_found, shapes_drawn : int
-        True things that are circles, ellipses or upright (rounded) rectangles; those of them that are found; and those
-        that are written as the same element.
+        True things that are circles, ellipses or upright (rounded) rectangles; those of them that are matched; and
+        those that are written as the same element.
     shapes_written, shapes_false : int
-        Elements written for things with a partner, and those whose partner is no such shape.
+        Such elements written for matched things, and those whose match is no such shape.
     joins, joins_smooth : int
-        Joins of the drawing's cubics and lines within half a pixel of the true outline where that is smooth, and turns
+        Joins of the drawing's cubics and lines within half a pixel of the true outline where that is smooth and turns
         by less than a right angle within 3 px; and those that turn by 2 degrees or less.
     corners, corners_kept : int
-        Corners shown of the true things, and those that have a corner of the drawing's within half a pixel.
+        Visible corners of the true things, and those with a corner of the drawing within half a pixel.
     sides, sides_straight : int
-        Straight sides shown of the true things, and those along which the drawing has lines.
+        Visible straight sides of the true things, and those along which the drawing has lines.
     level, level_exact : int
-        Sides of these that are level or plumb in the true drawing and lines in ours, and those that are exactly so.
+        Of these, horizontal and vertical sides of the true drawing that are lines in the other; and those that are
+        exactly horizontal or vertical there.
     edge, edge_missed, displacement : float
-        Length of the visible true outlines, px; the part of it farther than a pixel from ours; and the mean distance of
-        the rest from ours, px, 0 if there is none.
+        Length of the visible true outlines, px; the part farther than a pixel from the drawing's outlines; and the mean
+        distance of the rest, px, 0 if there is none.
     """
 
     shapes: int
@@ -97,9 +97,9 @@ def score_outlines(true: Drawing, drawing: Drawing) -> OutlineScores:
     Parameters
     ----------
     true : Drawing
-        The drawing as it was made; it is stretched to `drawing`'s canvas.
+        The original drawing; it is stretched to `drawing`'s canvas.
     drawing : Drawing
-        What was found from the picture alone, as it is saved.
+        Drawing made from the picture alone, as saved.
     """
     true, rasterizer = scaled(true, drawing.size), Rasterizer(drawing.size)
     things, ours = things_of_drawing(true, rasterizer=rasterizer), things_of_drawing(drawing, rasterizer=rasterizer)
@@ -135,7 +135,7 @@ def score_outlines(true: Drawing, drawing: Drawing) -> OutlineScores:
 
 
 def _picture(drawing: Drawing) -> NDArray[Any]:
-    """Return the picture that a drawing shows, SCALE times its size."""
+    """Render a drawing at SCALE times its size."""
     size = SCALE * drawing.size[0], SCALE * drawing.size[1]
     return Rasterizer(size).forward(scaled(drawing, size))
 
@@ -157,7 +157,7 @@ def _subpaths(drawing: Drawing, things: Things, thing: int) -> list[FloatArray]:
 
 
 def _shape_within(subpaths: list[FloatArray]) -> str | None:
-    """Return the element that a true outline is, whatever it was written as."""
+    """Return the kind of shape of a true outline, however it is written; None if it is none."""
     if len(subpaths) != 1:
         return None
     shape = shape_within(_places(subpaths[0])[0], SAME_SHAPE)
@@ -165,7 +165,7 @@ def _shape_within(subpaths: list[FloatArray]) -> str | None:
 
 
 def _written(subpaths: list[FloatArray]) -> str | None:
-    """Return the element that an outline is written as, None where it is a path."""
+    """Return the element as which an outline is written, None for a path."""
     shape = primitive_of(subpaths[0][:, :3], PRECISION) if len(subpaths) == 1 else None
     return None if shape is None else shape.tag
 
@@ -221,7 +221,7 @@ def _whole_segments(cubics: FloatArray, shortest: float) -> FloatArray:
 
 
 def _first_step(cubics: FloatArray) -> FloatArray:
-    """Return the unit direction in which each cubic (m, 4, 2) sets out: (m, 2)."""
+    """Return the unit direction at the start of each cubic (m, 4, 2): (m, 2)."""
     steps = cubics[:, 1:] - cubics[:, :1]
     lengths = np.hypot(*np.moveaxis(steps, -1, 0))
     first = np.argmax(lengths > 1e-4, axis=1)
@@ -249,7 +249,7 @@ class _Pair:
         self._places_shown = self._shown(true.places, true.ways)
 
     def _shown(self, points: FloatArray, ways: FloatArray) -> BoolArray:
-        """Return which points (n, 2) no layer above covers, and have two colours beside their ways (n, 2): (n,)."""
+        """Return which points (n, 2) of directions (n, 2) are uncovered, with different colours on both sides: (n,)."""
         height, width = self._uncovered.shape
         columns, rows = np.floor(points).astype(np.int64).T
         inside = (columns >= 0) & (rows >= 0) & (columns < width) & (rows < height)
@@ -262,14 +262,14 @@ class _Pair:
         return np.asarray(inside & (np.abs(sides[0] - sides[1]).max(axis=-1) >= SHOWN))
 
     def joins(self) -> dict[str, int]:
-        """Count our joins where the true outline is smooth, and turns by less than a right angle within 3 px."""
+        """Count the drawing's joins where the true outline is smooth and turns by less than 90 degrees within 3 px."""
         bends = np.concatenate([self._true.anchors[self._true.turns > SMOOTH], self._true.tight])
         gaps = np.hypot(*np.moveaxis(self._ours.anchors[:, None] - bends, -1, 0)).min(axis=1, initial=np.inf)
         turns = self._ours.turns[(gaps > APART) & (self._true.distances(self._ours.anchors) <= NEAR)]
         return {"joins": len(turns), "joins_smooth": int(np.count_nonzero(turns <= SMOOTH))}
 
     def corners(self) -> dict[str, int]:
-        """Count the true corners that are shown: most of the outline about them is."""
+        """Count the visible true corners: most of the outline about them is visible."""
         points = self._true.anchors[self._true.turns >= CORNER]
         arms = np.hypot(*np.moveaxis(points[:, None] - self._true.places, -1, 0)) <= ARM
         points = points[(arms & self._places_shown).sum(axis=1) >= ENOUGH * np.maximum(arms.sum(axis=1), 1)]
@@ -278,7 +278,7 @@ class _Pair:
         return {"corners": len(points), "corners_kept": int(np.count_nonzero(gaps <= NEAR))}
 
     def sides(self) -> dict[str, int]:
-        """Count the true straight sides that are shown."""
+        """Count the visible straight sides of the true outline."""
         counts = dict.fromkeys(("sides", "sides_straight", "level", "level_exact"), 0)
         steps = self._ours.lines[:, 1] - self._ours.lines[:, 0]
         for start, end in self._true.lines:
@@ -303,5 +303,5 @@ class _Pair:
         return counts
 
     def distances(self) -> FloatArray:
-        """Return the distances of the true outline's places that are shown from ours, px."""
+        """Return the distances of the true outline's visible places from the drawing's outline, px."""
         return self._ours.distances(self._true.places[self._places_shown])

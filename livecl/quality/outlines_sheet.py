@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plot the outlines of a drawing, each layer in a colour of its own."""
+"""Plot the outlines of a drawing, each layer in its own colour."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from PIL import Image, ImageDraw
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import flatten
 
-#: Outlines are drawn so much larger, then made smaller, which smooths them.
+#: Factor by which outlines are drawn larger and then reduced, which smooths them.
 _FINER = 3
-#: Turn of hue between layers: the golden section, so that neighbours differ.
+#: Step of hue between layers: the golden section, so that neighbours differ.
 _HUE_STEP = 0.618
 
 
 def draw_outlines(drawing: Drawing, image: Image.Image) -> Image.Image:
-    """Return a faded picture of a drawing, of any size, with the outline of each layer in a colour of its own."""
+    """Draw the outline of each layer in its own colour over a faded picture of any size."""
     scale = np.array(image.size) / (drawing.size[1], drawing.size[0]) * _FINER
     size = (image.width * _FINER, image.height * _FINER)
     canvas = Image.blend(image, Image.new("RGB", image.size, "white"), 0.75).resize(size)

@@ -15,13 +15,13 @@ __all__ = ["mse", "psnr", "ssim"]
 
 
 def psnr(image: ArrayLike, target: ArrayLike) -> float:
-    """Return the peak signal-to-noise ratio of two pictures (H, W, C) in [0, 1], dB; infinite where they are equal."""
+    """Return the peak signal-to-noise ratio of two pictures (H, W, C) in [0, 1], dB; infinite if they are equal."""
     error = mse(image, target)
     return -10 * math.log10(error) if error > 0 else math.inf
 
 
 def ssim(image: ArrayLike, target: ArrayLike) -> float:
-    """Return the structural similarity of two pictures, scikit-image's, mean over pixels and channels.
+    """Return the structural similarity of two pictures (scikit-image), the mean over pixels and channels.
 
     Parameters
     ----------

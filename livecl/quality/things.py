@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whole-shape scores: how well the things of a drawing overlap those of the drawing that the picture was made from.
+"""Whole-shape scores: overlap of a drawing's things with those of the true drawing, from which the picture was made.
 
-A *thing* is a connected part of one layer drawn alone, what others hide of it included.
+A *thing* is a connected part of a single layer, parts hidden by other layers included.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.rendering.rasterizer import Rasterizer
 
-#: Coverage from which on a pixel belongs to a thing, pixels of the smallest thing, and the share of a thing that others
-#: must cover for it to count as partly hidden.
+#: Least coverage of a thing's pixels, number of pixels of the smallest thing, and least covered share of a thing that
+#: counts as hidden.
 INSIDE, SMALLEST, HIDDEN_SHARE = 0.5, 4, 0.01
-#: Largest difference, of any channel, of the colours of two things that are matched.
+#: Largest difference of matched things' colours, in any channel.
 COLOR_DIFFERENCE = 0.08
-#: Overlap from which on a thing counts as found, and below which a match counts as none.
+#: Least overlap of a thing that counts as found, and of a match.
 FOUND, MISSED = 0.9, 0.5
 
 
@@ -36,7 +36,7 @@ class Things:
     colors : (K, 3) float
         Straight RGB.
     layers : (K,) int
-        Layer that each is a part of, 0 at the bottom.
+        Layer of each, 0 at the bottom.
     hidden : (K,) float
         Share of each thing's pixels that other layers cover.
     """
@@ -80,16 +80,16 @@ def things_of(coverages: NDArray[Any], colors: NDArray[Any]) -> Things:
 def things_of_drawing(
     drawing: Drawing, size: tuple[int, int] | None = None, rasterizer: Rasterizer | None = None
 ) -> Things:
-    """Return the things of a drawing; a gradient counts by its mean colour within the thing.
+    """Return the things of a drawing; a gradient has its mean colour within the thing.
 
     Parameters
     ----------
     drawing : Drawing
         Any drawing.
     size : (int, int), optional
-        Height and width, px, of the canvas that it is stretched to first.
+        Height and width, px, of the canvas to which it is stretched first.
     rasterizer : Rasterizer, optional
-        One of that size; made where not given.
+        One of that size; by default a new one.
     """
     drawing = drawing if size is None else scaled(drawing, size)
     rasterizer = Rasterizer(drawing.size) if rasterizer is None else rasterizer
@@ -103,7 +103,7 @@ def things_of_drawing(
 
 
 def overlaps(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Intersection over union of each of some masks (K, H, W) with each of others (L, H, W): (K, L)."""
+    """Return the intersection over union of all pairs of masks (K, H, W) and (L, H, W): (K, L)."""
     first = a.reshape(len(a), -1).astype(np.float32)
     second = b.reshape(len(b), -1).astype(np.float32)
     common = first @ second.T
@@ -112,7 +112,7 @@ def overlaps(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> NDArray[np.float64]:
 
 
 def match_things(true: Things, ours: Things) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """Match things one to one for the largest total overlap (Hungarian): overlap (K,), 0 and -1 where unmatched."""
+    """Match things one to one for the largest total overlap (Hungarian): overlap and index (K,); 0, -1 if unmatched."""
     from scipy.optimize import linear_sum_assignment
 
     scores, partner = np.zeros(len(true)), np.full(len(true), -1, np.intp)
@@ -128,22 +128,22 @@ def match_things(true: Things, ours: Things) -> tuple[NDArray[np.float64], NDArr
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class ThingScores:
-    """How much of a true drawing is found in another one, thing by thing.
+    """Agreement of a drawing with a true one, thing by thing.
 
     Attributes
     ----------
     things, drawn : int
         Things of the true drawing, and of the other one.
     overlap : float
-        Mean over the true things of the overlap with their partners, 0 where there is none; 0 without things.
+        Mean overlap of the true things with their matches, 0 for those unmatched; 0 without things.
     found : int
-        True things that overlap their partner at .9 and more.
+        True things with an overlap of at least .9.
     hidden : int
-        True things of which others cover a hundredth or more.
+        True things of which others cover at least a hundredth.
     hidden_overlap : float
-        Mean overlap of these; 0 without such.
+        Mean overlap of these; 0 without any.
     missed, extra : int
-        True things, and things of the other drawing, without a partner that they overlap by half.
+        True things, and things of the other drawing, without a match of overlap .5.
     """
 
     things: int
@@ -179,9 +179,9 @@ def score_drawing(true: Drawing, drawing: Drawing) -> ThingScores:
     Parameters
     ----------
     true : Drawing
-        The drawing as it was made, such as :func:`livecl.read_svg` reads it; it is stretched to `drawing`'s canvas.
+        The original drawing, as of :func:`livecl.read_svg`; it is stretched to `drawing`'s canvas.
     drawing : Drawing
-        What was found from the picture alone.
+        Drawing made from the picture alone.
 
     References
     ----------

@@ -20,10 +20,10 @@ _GROUND, _BORDER, _INK = (226, 226, 230), (40, 40, 40), (90, 90, 90)
 def draw_things(
     true: Things, drawn: Things, title: str = "", pictures: Sequence[NDArray[np.float32]] = ()
 ) -> Image.Image:
-    """Show each thing of a drawing under the true thing that it is matched with.
+    """Show each thing of a drawing below the true thing that it is matched with.
 
-    Pairs come by the true drawing's order, bottom first, then true things without a partner, then things of the drawing
-    without one. Under each pair stands its overlap, in percent, and "hidden" where others cover a part of the true one.
+    Pairs are in the true drawing's order, bottom first, followed by unmatched true things and unmatched things of the
+    drawing. Below each pair is its overlap, in percent, and "hidden" if others cover a part of the true one.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def draw_things(
 
 
 def _drawn(mask: NDArray[np.bool_], color: NDArray[np.float64], size: tuple[int, int]) -> Image.Image:
-    """Return a mask (H, W) in a colour with a dark border, which shows on any ground, at a size (width, height)."""
+    """Draw a mask (H, W) in a colour with a dark border, visible on any background, at a size (width, height)."""
     small = np.asarray(Image.fromarray(mask).resize(size, Image.Resampling.NEAREST))
     padded = np.pad(small, 1)
     core = padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`BatchRendering`: many drawings on canvases of one size, rendered and differentiated in one launch of each kernel."""
+"""`BatchRendering`: render and differentiate many drawings of one size with one launch of each kernel."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from livecl.rendering.stacks import Stack
 from livecl.rendering.strokes import Filled, filled
 from livecl.rendering.threads import channels_of
 
-#: Strips of all canvases of a stack at most, as tables hold them in 16 bits.
+#: Maximum number of strips of a stack: tables hold them in 16 bits.
 MAX_STRIPS = (1 << 16) - 1
-#: Pixels and segments that are worked on at a time, or one drawing: enough for many cores. With more, arrays no longer
-#: stay in the processor's caches: 16 drawings of 512 paths at 512 x 512 px took a quarter more processor time.
+#: Pixels and segments processed at a time (or a single drawing): enough for many cores. Larger arrays would not fit in
+#: the processor's caches: 16 drawings of 512 paths at 512 x 512 px took a quarter more processor time.
 MAX_PIXELS, MAX_SEGMENTS = 1 << 20, 1 << 12
 
 
 @dataclasses.dataclass(frozen=True)
 class _Part:
-    """Drawings of a batch that are worked on at a time."""
+    """Drawings of a batch that are processed together."""
 
     indices: list[int]
     stack: Stack
@@ -38,17 +38,17 @@ class _Part:
 
 
 class BatchRendering(DeviceCanvas):
-    """Renders lists of drawings, one canvas below the other in a launch, so that all cores have work."""
+    """Renders lists of drawings on stacked canvases in one launch, so that all cores have work."""
 
     def forward_all(self, drawings: Sequence[Drawing], pieces: Sequence[ArrayLike] | None = None) -> NDArray[Any]:
-        """Render drawings in one go: the same bytes as :meth:`forward` gives for each, in less time on many cores.
+        """Render drawings together: the same bytes as :meth:`forward` for each, in less time on many cores.
 
         Parameters
         ----------
         drawings : sequence of D Drawing
             On canvases of the rasterizer's size, all with a background or all without.
         pieces : sequence of D (M,) array_like of int, optional
-            Lines of each drawing's segments, as for :meth:`forward`.
+            Numbers of lines of each drawing's segments, as for :meth:`forward`.
 
         Returns
         -------
@@ -66,9 +66,9 @@ class BatchRendering(DeviceCanvas):
     def vjp_all(
         self, drawings: Sequence[Drawing], pieces: Sequence[ArrayLike] | None = None
     ) -> tuple[NDArray[Any], Callable[[ArrayLike], list[Gradients]]]:
-        """Render drawings in one go and return their images with the vector-Jacobian product of rendering.
+        """Render drawings together; return their images and the vector-Jacobian product of rendering.
 
-        The same bytes as :meth:`vjp` gives for each drawing.
+        The same bytes as :meth:`vjp` for each drawing.
 
         Parameters
         ----------
@@ -80,7 +80,7 @@ class BatchRendering(DeviceCanvas):
         images : (D, H, W, 3) or (D, H, W, 4) array
             As :meth:`forward_all` returns them.
         pullback : callable
-            From dL/dimages, of the images' shape, to the :class:`Gradients` of each drawing; it can be called any
+            Maps dL/dimages, of the images' shape, to the :class:`Gradients` of each drawing; it can be called any
             number of times.
 
         Raises
@@ -116,7 +116,7 @@ class BatchRendering(DeviceCanvas):
     def _parts(
         self, drawings: Sequence[Drawing], pieces: Sequence[ArrayLike] | None, fixed: bool
     ) -> tuple[list[_Part], tuple[int, ...]]:
-        """Return the parts of a batch, and its images' shape; `fixed` chooses the lines of segments now."""
+        """Return the parts of a batch, and its images' shape; if `fixed`, numbers of lines are chosen now."""
         drawings = list(drawings)
         channels = [channels_of(drawing) for drawing in drawings]
         check_canvases(drawings)
@@ -135,7 +135,7 @@ class BatchRendering(DeviceCanvas):
         return parts, (len(drawings), *self.size, channels[0])
 
     def _cut(self, drawings: Sequence[Drawing]) -> list[list[int]]:
-        """Return the drawings of each part: those with gradient fills apart, as they have kernels of their own."""
+        """Return the drawings of each part; those with gradient fills separately, as they have other kernels."""
         most = min(MAX_STRIPS // self._grid.period, MAX_PIXELS // (self.size[0] * self.size[1]))
         parts: list[list[int]] = []
         for kind in (False, True):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`DeviceCanvas`: the canvas of a rasterizer on its device, and images that go there and back."""
+"""`DeviceCanvas`: the canvas of a rasterizer on its device; upload and download of images."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from livecl.rendering.strokes import stroke_pieces
 from livecl.rendering.threads import Workspace
 from livecl.rendering.tiling import Grid
 
-#: Distance px between curve and polyline that flattening keeps below, unless told otherwise.
+#: Default flattening tolerance: largest distance between curve and polyline, px.
 TOLERANCE = 0.02
-#: Tiles worked on at a time: 512 bytes each, so 64 MiB; layers that need more are worked on in bands of strips.
+#: Default number of tiles processed at a time: 512 bytes each, so 64 MiB; with more, strips are processed in bands.
 MAX_TILES = 1 << 17
 
 
@@ -48,7 +48,7 @@ class DeviceCanvas:
         self._build()
 
     def forget(self) -> None:
-        """Give up the buffers of this thread."""
+        """Release the buffers of this thread."""
         self._workspace.forget()
 
     @on_device
@@ -56,12 +56,12 @@ class DeviceCanvas:
         self._workspace.pipeline(3)
 
     def pieces(self, drawing: Drawing, tolerance: float | None = None) -> NDArray[np.int32]:
-        """Return the number of lines that flatten each segment to within a tolerance, px, or the rasterizer's: (M,)."""
+        """Return the number of lines of each segment, (M,), for a tolerance, px (default: the rasterizer's)."""
         return stroke_pieces(drawing, self.tolerance if tolerance is None else tolerance)
 
     @on_device
     def upload(self, image: ArrayLike) -> DeviceImage:
-        """Put an image (H, W), (H, W, 3) or (H, W, 4) on the device, to be used as a target or a weight many times."""
+        """Copy an image (H, W), (H, W, 3) or (H, W, 4) to the device, for repeated use as target or weight."""
         array = np.asarray(image, dtype=self.dtype)
         if array.shape[:2] != self.size or array.ndim not in (2, 3):
             raise ValueError(f"image: shape {array.shape}, wanted {self.size} pixels, with or without channels")
@@ -69,7 +69,7 @@ class DeviceCanvas:
 
     @on_device
     def download(self, image: DeviceImage) -> NDArray[Any]:
-        """Return an image that is on the device: (H, W, channels)."""
+        """Copy an image from the device: (H, W, channels)."""
         return download(self.device, self._grid, image, self.dtype)
 
     def _uploaded(self, name: str, image: ArrayLike | DeviceImage, channels: int) -> DeviceImage:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A drawing on the device: its numbers, its outlines as lines, and the tiles that they may touch."""
+"""A drawing on the device: its parameters, its outlines as lines, and the tiles that they may touch."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from livecl.rendering.layout import HEAD, pack_tables
 from livecl.rendering.stacks import Stack
 from livecl.rendering.tiling import Grid, IntArray, Spans, plan_spans
 
-#: Pixels that boxes reach beyond the outline, so that rounding and edges exactly on a tile's border stay inside.
+#: Margin of boxes around the outline, px, so that rounding and edges exactly on a tile's border stay inside.
 MARGIN = 0.125
-#: Pixels that boxes are larger than needed when they are laid out anew, so that small steps keep the layout.
+#: Extra margin of boxes when they are laid out anew, px, so that small steps keep the layout.
 SLACK = 3.0
-#: Turns (x_min, y_min, x_max, y_max) into numbers that all become smaller where bounds grow.
+#: Factors that turn (x_min, y_min, x_max, y_max) into numbers that all decrease when bounds grow.
 _OUTWARDS = np.array([1.0, 1.0, -1.0, -1.0])
 
 
@@ -30,8 +30,8 @@ class Use(NamedTuple):
     """Purpose of flattening: coverage or distances."""
 
     scope: Literal["coverage", "distance"]  # scope of the launcher that receives lines and tables
-    pieces: ArrayLike | None  # (M,), lines for each segment; None chooses them by the tolerance
-    reach: float  # how far from the outlines pixels matter, px
+    pieces: ArrayLike | None  # (M,), number of lines of each segment; None chooses it by the tolerance
+    reach: float  # largest distance of relevant pixels from the outlines, px
 
 
 @dataclasses.dataclass
@@ -48,25 +48,25 @@ class _Outlines:
 
 
 class Placed(NamedTuple):
-    """Layout of a drawing for one use: its spans, and the number of lines that it is flattened into."""
+    """Layout of a drawing for one use: its spans, and the total number of its lines."""
 
     spans: Spans
     num_lines: int
 
 
 class Scene:
-    """The drawing on the device; what has not changed since it was last put there stays.
+    """The drawing on the device; unchanged parts are not copied or computed again.
 
     Parameters
     ----------
     launcher : Launcher
-        Where buffers live and kernels run.
+        Buffers and kernels of the device.
     grid : Grid
         Strips and tiles of the canvas, or canvases.
     tolerance : float
-        Distance px between curve and lines where the caller does not say how many lines.
+        Flattening tolerance, px, if the caller gives no numbers of lines.
     max_tiles : int
-        Tiles that are worked on at a time.
+        Number of tiles processed at a time.
     """
 
     def __init__(self, launcher: Launcher, grid: Grid, tolerance: float, max_tiles: int) -> None:
@@ -80,9 +80,9 @@ class Scene:
         self._stack: Stack | None = None
 
     def load(self, drawing: Drawing, stack: Stack | None = None) -> bool:
-        """Put the drawing's numbers on the device; return whether it is of another structure than the one before.
+        """Copy the drawing's parameters to the device; return whether its structure differs from the one before.
 
-        With a stack, its layers are those of the stack's drawings, and lie on as many canvases.
+        With a stack, it is the stack's combined drawing, and the layers lie on as many canvases.
         """
         if drawing.size != (self.grid.height, self.grid.width):
             raise ValueError(f"drawing: size {drawing.size}, wanted {(self.grid.height, self.grid.width)}")
@@ -105,12 +105,12 @@ class Scene:
     def place(self, *uses: Use) -> list[Placed]:
         """Lay out, for each use, the lines and the spans within reach of the loaded drawing's outlines.
 
-        While a layout holds, the same object is returned.
+        As long as a layout is valid, the same object is returned.
         """
         return [self._place(use) for use in uses]
 
     def flatten(self, *uses: Use) -> None:
-        """Flatten the loaded drawing for each use that has no lines of it yet."""
+        """Flatten the loaded drawing for each use whose lines are outdated."""
         assert self.drawing is not None
         stale = [use for use in uses if self._outlines[use.scope].drawing is not self.drawing]
         if len(stale) == 2:
@@ -135,7 +135,7 @@ class Scene:
         return outlines.placed
 
     def _split(self, outlines: _Outlines, pieces: ArrayLike | None) -> bool:
-        """Choose the number of lines of each segment; return whether they may have changed."""
+        """Set the number of lines of each segment; return whether the numbers may have changed."""
         drawing = self.drawing
         assert drawing is not None
         if outlines.pieces is pieces and (pieces is not None or outlines.drawing is drawing):
@@ -147,7 +147,7 @@ class Scene:
         return True
 
     def _plan(self, outlines: _Outlines) -> bool:
-        """Lay out the spans, unless every layer is still inside the boxes laid out last; return whether it was done."""
+        """Lay out the spans anew unless every layer is still inside its last box; return whether it was done."""
         margin = outlines.reach + MARGIN
         if outlines.spans is not None and outlines.limits is not None and (self._bounds > outlines.limits).all():
             return False
@@ -160,7 +160,7 @@ class Scene:
 
 
 def _with_least_opacities(drawing: Drawing) -> NDArray[np.float64]:
-    """Return the colours, with the least opacity of a gradient's stops: where it is 1, nothing below shows."""
+    """Return the colours, with a gradient's least opacity as its layer's: if it is 1, the layer is opaque."""
     colors, fills = drawing.colors.copy(), drawing.fills
     layers = fills.gradient_layers
     colors[layers, 3] = np.minimum.reduceat(fills.stop_colors[:, 3], fills.stop_offsets[layers])

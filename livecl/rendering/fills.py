@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gradient fills on the device: their numbers as kernels/fill.h takes them, and the way back from its sums."""
+"""Gradient fills on the device: pack their parameters for kernels/fill.h, and finish the gradient from its sums."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from livecl.geometry.bezier import cross
 
 FloatArray = NDArray[np.float64]
 
-#: Reals of a record for the geometry and for each stop, of a layer and of a stop; the same as in kernels/fill.h.
+#: Sizes in reals as in kernels/fill.h: geometry and stop of a record; a layer and a stop in `params`.
 D_GEOMETRY, D_STOP = 6, 5
 FILL_REALS = 12
-#: Share of its axes' lengths squared below which an ellipse has no area; width of stops that are a step.
+#: Area of an ellipse over its axes' squared lengths below which it is degenerate; width of stops below which they are a
+#: step.
 _FLAT = 1e-12
-#: Length, px, below which a linear gradient is a step across the canvas, and an ellipse a point: of numbers near the
-#: smallest, the quotients are infinite.
+#: Length, px, below which a linear gradient is a step, and an ellipse a point: quotients by smaller numbers overflow.
 _SHORT = 1e-9
 
 
@@ -33,7 +33,7 @@ class FillGradients:
     geometry : (N, 3, 2) float64
         Loss per pixel of displacement.
     stop_positions : (S,) float64
-        Loss per unit of t.
+        Loss per unit of offset.
     stop_colors : (S, 4) float64
         Loss per unit of straight RGBA.
     """
@@ -44,15 +44,15 @@ class FillGradients:
 
 
 def record_reals(fills: Fills) -> int:
-    """Return the reals of a record: those of the layer with most stops."""
+    """Return the size of a record in reals: that of the layer with most stops."""
     return D_GEOMETRY + D_STOP * int(np.diff(fills.stop_offsets).max())
 
 
 @functools.lru_cache(maxsize=1)
 def place_maps(fills: Fills) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return A of each layer, (N, 2, 2), and whether it has one; (u, v) = A (p - origin).
+    """Return A of each layer, (N, 2, 2), and whether it exists; (u, v) = A (p - origin).
 
-    Those of the last fills are kept: a step of training needs them before the kernels and after.
+    The last result is cached: a step of training needs it before the kernels and after.
     """
     maps = np.zeros((len(fills), 2, 2))
     first, second = fills.geometry[:, 1] - fills.geometry[:, 0], fills.geometry[:, 2] - fills.geometry[:, 0]  # e1, e2
@@ -68,7 +68,7 @@ def place_maps(fills: Fills) -> tuple[FloatArray, NDArray[np.bool_]]:
 
 
 def pack_fills(fills: Fills) -> FloatArray:
-    """Return the numbers of all fills as kernels/fill.h lays them out."""
+    """Pack all fills in the layout of kernels/fill.h."""
     num, offsets = len(fills), fills.stop_offsets
     maps, regular = place_maps(fills)
     table = np.zeros((num, FILL_REALS))
@@ -89,7 +89,7 @@ def pack_fills(fills: Fills) -> FloatArray:
 
 
 def fill_gradients(fills: Fills, sums: FloatArray) -> FillGradients:
-    """Return the gradient by points and stops from the sums of the records, (N, reals); of steps, none by points.
+    """Return the gradient with respect to points and stops from the sums of the records, (N, reals).
 
     With d_u, d_v summed into d (2,), and d_A (2, 2), both from kernels/fill.h, and q = p - origin:
 

@@ -22,12 +22,12 @@ class Gradients:
     colors : (N, 4) float64
         Loss per unit of straight RGBA.
     background : (3,) float64 or None
-        Loss per unit of colour; None where the drawing has no background.
+        Loss per unit of colour; None if the drawing has no background.
     fills : FillGradients or None
-        Of gradient fills: geometry, places and colours of stops; None where all layers are solid. The rows of `colors`
-        of layers with a gradient are 0.
+        Of gradient fills: geometry, offsets and colours of stops; None if all layers are solid. The rows of `colors` of
+        layers with a gradient are 0.
     widths : (N,) float64 or None
-        Of strokes, loss per pixel of width; None where all layers are filled.
+        Loss per pixel of each stroke's width; None if all layers are filled.
     """
 
     points: NDArray[np.float64]

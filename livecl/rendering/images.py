@@ -16,14 +16,14 @@ from livecl.rendering.tiling import Grid
 
 @dataclasses.dataclass(frozen=True)
 class DeviceImage:
-    """An image that stays on the device, in planes as the kernels read them."""
+    """An image on the device, in the planes that kernels read."""
 
     buffer: Any
     channels: int
 
 
 def upload(opened: OpenDevice, grid: Grid, image: NDArray[Any]) -> DeviceImage:
-    """Put an image (H, W) or (H, W, C), or one for each canvas (count, H, W, C), on the device."""
+    """Copy an image (H, W) or (H, W, C), or one for each canvas (count, H, W, C), to the device."""
     planes = grid.pack(image, image.dtype)
     buffer = opened.buffer("image", planes.nbytes)
     cl.enqueue_copy(opened.queue, buffer, planes)
@@ -31,7 +31,7 @@ def upload(opened: OpenDevice, grid: Grid, image: NDArray[Any]) -> DeviceImage:
 
 
 def download(opened: OpenDevice, grid: Grid, image: DeviceImage, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return an image that is on the device: (H, W, C), or (count, H, W, C) of many canvases."""
+    """Copy an image from the device: (H, W, C), or (count, H, W, C) for many canvases."""
     planes = np.empty((image.channels, grid.num_strips, grid.num_columns, grid.lanes), dtype)
     cl.enqueue_copy(opened.queue, planes, image.buffer)
     return grid.unpack(planes)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layout and size of the buffers on the device: the host's side of kernels/common.h, distance.h and fill.h."""
+"""Layout and sizes of the buffers on the device: the host's side of kernels/common.h, distance.h and fill.h."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from livecl.drawing.drawing import Drawing
 from livecl.rendering.fills import record_reals
 from livecl.rendering.tiling import TILE, Grid, IntArray, Spans
 
-#: Numbers at the begin of `params`, and of each drawing there and in `result`; of a colour, a segment's points and
-#: its cubic.
+#: Sizes in numbers: of the head of `params`, and of a drawing's part there and in `result`; of a colour; of a segment's
+#: points; of its cubic.
 HEAD, COLOR, POINTS, CUBIC = 4, 4, 6, 8
 #: Numbers of a line (x0, y0, x1, y1) and of the bounds of a segment's lines.
 LINE = 4
 
 
 def pack_tables(drawing: Drawing, line_counts: IntArray, spans: Spans) -> IntArray:
-    """Pack the integers that kernels find spans, segments and lines by into one array: `Tables` of common.h.
+    """Pack the tables of spans, segments and lines into one array: `Tables` of common.h.
 
-    For the spans of a drawing, and the lines that each segment is flattened into, (M,) int.
+    `line_counts` (M,) are the numbers of lines of the segments.
     """
     tables = (
         spans.layer_strips.ravel(),
@@ -42,14 +42,14 @@ def pack_tables(drawing: Drawing, line_counts: IntArray, spans: Spans) -> IntArr
 
 @dataclasses.dataclass(frozen=True)
 class Sizes:
-    """Bytes of the buffers that a drawing takes on a canvas."""
+    """Sizes of a drawing's buffers, bytes."""
 
     grid: Grid  # strips and tiles of the canvas, or canvases
     real: int  # bytes of a number
     #: Of the drawing.
     num_layers: int
     num_segments: int
-    record: int  # numbers of a record of a layer's fill, see kernels/fill.h; 0 where all layers are solid
+    record: int  # numbers of a record of a layer's fill, see kernels/fill.h; 0 if all layers are solid
 
     @classmethod
     def of(cls, drawing: Drawing, grid: Grid, real: int) -> Sizes:
@@ -85,7 +85,7 @@ class Sizes:
 
     @property
     def num_results(self) -> int:
-        """Numbers of `result`."""
+        """Count of numbers in `result`."""
         return HEAD * self.grid.count + (COLOR + self.record) * self.num_layers + CUBIC * self.num_segments
 
     def split_result(self, result: NDArray[Any]) -> tuple[NDArray[Any], ...]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The kernels in their order: from a drawing to its image, to the distance weight, to the gradient of a loss."""
+"""The sequence of kernels: from a drawing to its image, to the distance weight, to the gradient of a loss."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from livecl.rendering.tiling import Band, Grid, Spans
 
 @dataclasses.dataclass(frozen=True)
 class DistanceWeight:
-    """The distance weight of eq. (1) of the drawing whose loss is asked for, in place of an image of weights.
+    """The distance weight of eq. (1) as weight of a loss, in place of an image of weights.
 
     Attributes
     ----------
     tau : float
         Reach of the weight, px.
     pieces : (M,) array_like of int, optional
-        Lines that each segment is flattened into for the distances; None chooses them by the tolerance.
+        Number of lines of each segment for the distances; None chooses it by the tolerance.
     """
 
     tau: float = 10.0
@@ -51,15 +51,15 @@ class Pipeline:
         self.grid = grid
         self._scene = Scene(launcher, grid, tolerance, max_tiles)
         self._sizes = Sizes(grid, launcher.dtype.itemsize, num_layers=0, num_segments=0, record=0)
-        self._room: tuple[Any, ...] = ()  # what there is room for
+        self._room: tuple[Any, ...] = ()  # layouts for which buffers are allocated
 
     def load(self, drawing: Drawing, stack: Stack | None = None) -> None:
-        """Put the drawing, that of a stack where the grid has many canvases, on the device: all else works on it."""
+        """Load the drawing (of a stack, if the grid has many canvases) for the other methods."""
         if drawing is not self._scene.drawing and self._scene.load(drawing, stack):
             self._sizes = Sizes.of(drawing, self.grid, self.launcher.dtype.itemsize)
 
     def render(self, channels: int, pieces: ArrayLike | None) -> Any:
-        """Return the buffer of the image's planes."""
+        """Render; return the buffer of the image's planes."""
         use = Use("coverage", pieces, 0)
         (placed,) = self._scene.place(use)
         self._reserve("image", channels, coverage=placed)
@@ -70,7 +70,7 @@ class Pipeline:
         return self.launcher.buffer("image")
 
     def cover(self, pieces: ArrayLike | None) -> Any:
-        """Return the buffer of a plane for each layer, its coverage."""
+        """Compute coverage; return the buffer of each layer's plane."""
         use, num_layers = Use("coverage", pieces, 0), self._drawing.num_layers
         (placed,) = self._scene.place(use)
         self._reserve("planes", num_layers, coverage=placed)
@@ -81,7 +81,7 @@ class Pipeline:
         return self.launcher.buffer("planes")
 
     def weigh(self, weight: DistanceWeight, closest_from: int | None = None) -> Any:
-        """Return the buffer of a plane that holds the distance weight, or the largest closeness (`Rasterizer`)."""
+        """Return the buffer of the plane of the distance weight, or of the largest closeness (see `Rasterizer`)."""
         use, run = Use("distance", weight.pieces, weight.tau), self.launcher
         (placed,) = self._scene.place(use)
         self._reserve("distance_weight", 1, distance=placed)
@@ -101,9 +101,9 @@ class Pipeline:
         Parameters
         ----------
         weight : DistanceWeight or None
-            None takes the plane ``weight``.
+            None uses the plane ``weight``.
         pieces : (M,) array_like of int, or None
-            Lines of each segment for coverage.
+            Number of lines of each segment for coverage.
         scale : float
             Factor of all weights.
 
@@ -118,7 +118,7 @@ class Pipeline:
             return self._begin_plain("composite_loss", pieces)
         uses = Use("distance", weight.pieces, weight.tau), Use("coverage", pieces, 0)
         distances, placed = self._scene.place(*uses)
-        joint = len(distances.spans.bands) == len(placed.spans.bands) == 1  # else not all closeness is there at a time
+        joint = len(distances.spans.bands) == len(placed.spans.bands) == 1  # otherwise closeness is not all in memory
         self._reserve("" if joint else "distance_weight", 1, coverage=placed, distance=distances, backward=True)
         self._scene.flatten(*uses)
         if not joint:
@@ -145,7 +145,7 @@ class Pipeline:
         distance: Placed | None = None,
         backward: bool = False,
     ) -> None:
-        """Make room for an image of that name, or "", for coverage, for distances, and for a gradient."""
+        """Allocate buffers: of an image, by name or "", of coverage, of distances, and of a gradient."""
         room = image, channels, coverage, distance, backward, self._sizes
         if len(self._room) == len(room) and all(one is other for one, other in zip(self._room, room, strict=True)):
             return
@@ -165,7 +165,7 @@ class Pipeline:
         self.launcher("coverage_forward", band.num_spans, "coverage")
 
     def _weigh(self, weight: DistanceWeight, spans: Spans, closest_from: int | None) -> None:
-        """Make the plane ``distance_weight``: factors need the sums of all bands, then each is measured again."""
+        """Compute the plane ``distance_weight``: sums over all bands first, then each band is measured again."""
         run = self.launcher
         run.set(first_layer=closest_from or 0, released=closest_from is not None)
         run.set(tau=float(weight.tau), factor_scale=1.0)
@@ -183,7 +183,7 @@ class Pipeline:
         self.launcher("distance_forward", band.num_spans, "distance")
 
     def _begin_plain(self, composite: str, pieces: ArrayLike | None) -> Callable[[], tuple[float, Gradients]]:
-        """Launch the kernels of a gradient that needs no distances."""
+        """Launch the kernels of a gradient without distances."""
         use = Use("coverage", pieces, 0)
         (placed,) = self._scene.place(use)
         self._reserve("", 0, coverage=placed, backward=True)
@@ -191,7 +191,7 @@ class Pipeline:
         return self._begin(composite, placed)
 
     def _begin(self, composite: str, placed: Placed, covered: bool = False) -> Callable[[], tuple[float, Gradients]]:
-        """Cover, composite with a gradient and gather it, band after band; the returned callable fetches the result."""
+        """Launch coverage, compositing and backward for each band; return a callable that fetches the result."""
         run, drawing, sizes = self.launcher, self._drawing, self._sizes
         for band in placed.spans.each_band:
             run.set(grid=band.grid)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The differentiable rasterizer: from a drawing to an image, and from a loss's gradient back to the drawing."""
+"""The differentiable rasterizer: from a drawing to an image, and gradients back to the drawing."""
 
 from __future__ import annotations
 
@@ -24,36 +24,36 @@ from livecl.rendering.threads import channels_of
 __all__ = ["DeviceImage", "DistanceWeight", "Gradients", "Rasterizer"]
 
 
-#: Most numbers of coverages that are fetched at once: 0.1 s of work, after which a run may be interrupted.
+#: Largest number of coverage values fetched at once: 0.1 s of work, after which a run may be interrupted.
 MOST_COVERAGES = 1 << 22
 
 
 class Rasterizer(BatchRendering):
     """Renders drawings on one canvas size and differentiates losses of the result.
 
-    Coverage is exact area coverage under the nonzero rule (kernels/coverage.cl states where), layers are composited
-    `over` in paint order. Everything an object does is in a fixed order: the same input gives the same bytes.
+    Coverage is exact area coverage under the nonzero rule (exceptions: kernels/coverage.cl), layers are composited
+    `over` in paint order. All sums have a fixed order: the same input gives the same bytes.
 
-    Threads may share an object: each has buffers of its own, and differentiates the drawing that it rendered itself.
+    Threads may share an object: each has its own buffers, and differentiates the drawing that it rendered.
 
     Parameters
     ----------
     size : (int, int)
         Height and width of the canvas, px.
     device : int, str or None
-        Which OpenCL device, see :func:`livecl.opencl.device.choose_device`.
+        OpenCL device, see :func:`livecl.opencl.device.choose_device`.
     dtype : float32 or float64
         Number type of the kernels; float64 is for checking gradients.
     tolerance : float
-        Largest distance between a curve and the lines that it is flattened into, px.
+        Flattening tolerance: largest distance between a curve and its lines, px.
     max_tiles : int
-        Tiles (of 8 columns by 32 bytes) that are worked on at a time; bounds the memory.
+        Number of tiles (of 8 columns by 32 bytes) processed at a time; bounds the memory.
 
     Raises
     ------
     DeviceError, KernelBuildError
-        If the device cannot be had, or does not compile the kernels. All methods raise DeviceError if it fails later,
-        from then on each time, and DeviceMemoryError if it has no room, after which less may succeed.
+        If the device is not available, or does not compile the kernels. All methods raise DeviceError once it has
+        failed, and DeviceMemoryError if it runs out of memory, after which smaller work may succeed.
     """
 
     @on_device
@@ -65,14 +65,14 @@ class Rasterizer(BatchRendering):
         drawing : Drawing
             On a canvas of the rasterizer's size.
         pieces : (M,) array_like of int, optional
-            Lines that each segment is flattened into, at equal steps of its parameter. None chooses them by the
-            tolerance; who differentiates passes them and holds them fixed, as no gradient sees a change.
+            Number of lines of each segment, at equal steps of its parameter. None chooses it by the tolerance. For
+            differentiation, pass fixed numbers: gradients do not account for changes.
 
         Returns
         -------
         (H, W, 3) array
-            RGB; or (H, W, 4), premultiplied RGBA, where the drawing has no background; :func:`livecl.render` has
-            straight RGBA too.
+            RGB; or (H, W, 4), premultiplied RGBA, if the drawing has no background; :func:`livecl.render` also returns
+            straight RGBA.
 
         Raises
         ------
@@ -86,14 +86,14 @@ class Rasterizer(BatchRendering):
 
     @on_device
     def coverages(self, drawing: Drawing, pieces: ArrayLike | None = None) -> NDArray[Any]:
-        """Render the shape of each layer by itself.
+        """Render the coverage of each layer separately.
 
         Parameters
         ----------
         drawing : Drawing
-            On a canvas of the rasterizer's size; colours and opacities are not looked at.
+            On a canvas of the rasterizer's size; colours and opacities are ignored.
         pieces : (M,) array_like of int, optional
-            Lines that each segment is flattened into; see :meth:`forward`.
+            Number of lines of each segment; see :meth:`forward`.
 
         Returns
         -------
@@ -102,7 +102,7 @@ class Rasterizer(BatchRendering):
         """
         plain = filled(drawing, pieces, self.tolerance)
         drawing, pieces = plain.drawing, plain.pieces(pieces)
-        together = self.max_tiles // (self._grid.num_strips * self._grid.num_tiles)  # on the device at a time
+        together = self.max_tiles // (self._grid.num_strips * self._grid.num_tiles)  # layers on the device at a time
         together = max(1, min(together, MOST_COVERAGES // (self.size[0] * self.size[1])))
         if drawing.num_layers <= together:
             return self._coverages(drawing, pieces)
@@ -133,7 +133,7 @@ class Rasterizer(BatchRendering):
         Returns
         -------
         Gradients
-            ``points`` (M, 3, 2), loss per pixel of displacement; ``colors`` (N, 4); ``background`` (3,); of gradient
+            ``points`` (M, 3, 2), loss per pixel of displacement; ``colors`` (N, 4); ``background`` (3,); for gradient
             fills and strokes, ``fills`` and ``widths`` (N,).
 
         Raises
@@ -155,9 +155,9 @@ class Rasterizer(BatchRendering):
     def vjp(
         self, drawing: Drawing, pieces: ArrayLike | None = None
     ) -> tuple[NDArray[Any], Callable[[ArrayLike], Gradients]]:
-        """Render a drawing and return its image with the vector-Jacobian product of rendering.
+        """Render a drawing; return its image and the vector-Jacobian product of rendering.
 
-        The product belongs to this drawing, whatever is rendered later and in whichever thread it is called.
+        The product belongs to this drawing, whatever is rendered later, and may be called in any thread.
 
         Parameters
         ----------
@@ -169,7 +169,7 @@ class Rasterizer(BatchRendering):
         image : (H, W, 3) or (H, W, 4) array
             As :meth:`forward` returns it.
         pullback : callable
-            From dL/dimage, of the image's shape, to :class:`Gradients`, as :meth:`backward`; it can be called any
+            Maps dL/dimage, of the image's shape, to :class:`Gradients`, as :meth:`backward`; it can be called any
             number of times.
 
         Raises
@@ -214,10 +214,10 @@ class Rasterizer(BatchRendering):
         pieces: ArrayLike | None = None,
         scale: float = 1.0,
     ) -> tuple[float, Gradients]:
-        """Weighted squared error of a drawing, and its gradient, in one go.
+        """Weighted squared error of a drawing and its gradient.
 
-        The loss is the sum over pixels of ``scale * weight`` times the sum over R, G and B of (image - target)^2; where
-        the drawing has no background, times the mean of that sum over a black and over a white one
+        The loss is the sum over pixels of ``scale * weight`` times the sum over R, G and B of (image - target)^2. If
+        the drawing has no background, that sum is the mean of those over black and over white
         (:mod:`livecl.image.errors`).
 
         Parameters
@@ -225,7 +225,7 @@ class Rasterizer(BatchRendering):
         drawing, pieces
             As for :meth:`forward`.
         target : (H, W, 3) or (H, W, 4) array_like, or DeviceImage
-            Target; premultiplied RGBA where the drawing has no background.
+            Target; premultiplied RGBA if the drawing has no background.
         weight : (H, W) array_like, DeviceImage or DistanceWeight
             Weight of each pixel, a constant in the gradient.
         scale : float
@@ -256,7 +256,7 @@ class Rasterizer(BatchRendering):
         Returns
         -------
         callable
-            Waits and returns loss and gradients. To be called before anything else is asked of the rasterizer.
+            Waits and returns loss and gradients. Call it before any other method of the rasterizer.
         """
         plain = filled(drawing, pieces, self.tolerance)
         pipeline = self._workspace.loaded(plain.drawing)
@@ -277,7 +277,7 @@ class Rasterizer(BatchRendering):
         return loss, plain.pull_back(gradients)
 
     def distance_weight(self, drawing: Drawing, tau: float = 10.0, pieces: ArrayLike | None = None) -> NDArray[Any]:
-        """Return the distance weight of eq. (1), averaged over the layers whose outline is within `tau` of some pixel.
+        """Return the distance weight of eq. (1), averaged over all layers with an outline within `tau` of a pixel.
 
         Parameters
         ----------
@@ -289,7 +289,7 @@ class Rasterizer(BatchRendering):
         Returns
         -------
         (H, W) array
-            d': it sums to 1, or is 0 all over where no outline is near.
+            d', with sum 1; or 0 everywhere if no outline is near.
         """
         return self.download(self.distance_weight_on_device(drawing, tau, pieces))[..., 0]
 
@@ -297,10 +297,10 @@ class Rasterizer(BatchRendering):
     def distance_weight_on_device(
         self, drawing: Drawing, tau: float, pieces: ArrayLike | None = None, closest_from: int | None = None
     ) -> DeviceImage:
-        """Like :meth:`distance_weight`, for use as a weight; the next call overwrites it.
+        """Like :meth:`distance_weight`, but left on the device; the next call overwrites it.
 
-        With `closest_from`, the image is instead the largest ReLU(tau - d), px, among the layers from that one on: the
-        weight of the authors' program is made from it.
+        With `closest_from`, the image is instead the largest ReLU(tau - d), px, of the layers from that one on, from
+        which the weight of the authors' program is made.
         """
         plain = filled(drawing, pieces, self.tolerance)
         weight = DistanceWeight(tau, plain.pieces(pieces))

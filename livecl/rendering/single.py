@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Render a drawing once, without a rasterizer to keep."""
+"""Render a drawing once, without keeping a rasterizer."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def render(drawing: Drawing, device: int | str | None = None, *, straight: bool 
     device : int, str or None
         OpenCL device, see :func:`livecl.opencl.device.choose_device`.
     straight : bool
-        Whether RGBA is straight, as :func:`livecl.read_image` returns it and :func:`livecl.image.save_image` takes it,
-        instead of premultiplied, as the kernels composite it.
+        Return straight RGBA, as :func:`livecl.read_image` does and :func:`livecl.image.save_image` expects, instead of
+        premultiplied RGBA.
 
     Returns
     -------
     (H, W, 3) float32
-        RGB; or (H, W, 4), RGBA, where the drawing has no background.
+        RGB; or (H, W, 4), RGBA, if the drawing has no background.
 
     Examples
     --------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings of one size as one drawing on stacked canvases, and gradients split into those of each."""
+"""Combine drawings of one size into one on stacked canvases, and split its gradients."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ IntArray = NDArray[np.int32]
 class Stack:
     """Several drawings of one size, all with a background or all without."""
 
-    drawing: Drawing  # the layers of all, one drawing's after the other's, in their own coordinates
+    drawing: Drawing  # the layers of all drawings in their own coordinates, one drawing after the other
     layer_offsets: IntArray  # (D + 1,), first layer of each drawing, and N at the end
-    backgrounds: NDArray[np.float64]  # (D, 3), their backgrounds; nothing where they have none
+    backgrounds: NDArray[np.float64]  # (D, 3), their backgrounds; empty if they have none
     stroked: NDArray[np.bool_]  # (D,), which of them have strokes
 
     @classmethod
     def of(cls, drawings: Sequence[Drawing]) -> Stack:
-        """Put drawings together."""
+        """Combine drawings."""
         first = drawings[0]
         joined = Drawing(
             points=np.concatenate([drawing.points for drawing in drawings]),
@@ -53,11 +53,11 @@ class Stack:
 
     @functools.cached_property
     def layer_drawings(self) -> IntArray:
-        """Drawing that each layer belongs to: (N,) int32."""
+        """Drawing of each layer: (N,) int32."""
         return np.repeat(np.arange(self.count, dtype=np.int32), np.diff(self.layer_offsets))
 
     def split(self, gradients: Gradients) -> list[Gradients]:
-        """Return the gradients of each drawing from those of all: views of their arrays."""
+        """Return the gradients of each drawing, as views of the combined arrays."""
         segments = self.drawing.segment_offsets[self.layer_offsets]
         stops = self.drawing.fills.stop_offsets[self.layer_offsets]
         grounds, fills, widths = gradients.background, gradients.fills, gradients.widths
@@ -82,6 +82,6 @@ class Stack:
 
 
 def _stacked_offsets(offsets: Sequence[IntArray]) -> IntArray:
-    """Return offsets into the members of several drawings, one after the other."""
+    """Return offsets into the concatenated members of several drawings."""
     begins = np.cumsum([0, *(part[-1] for part in offsets)])
     return np.concatenate([[0], *(begin + part[1:] for begin, part in zip(begins, offsets, strict=False))])

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Strokes in the rasterizer: convert them to filled outlines, and map the gradients back.
 
-Coverage and compositing know filled outlines only. The centre line of a stroked layer is flattened as any outline is;
-:mod:`livecl.geometry.strokes` makes polygons of its lines, which take the layer's place with the layer's paint.
+Coverage and compositing support filled outlines only. The centre line of a stroked layer is flattened as any outline;
+:mod:`livecl.geometry.strokes` turns its lines into polygons, which replace the layer, with the layer's paint.
 Vertices are linear in the control points by the Bernstein weights b, v_k = sum_j b_j(t_k) P_j, so that the gradient of
 control points is d_P_j = sum_k b_j(t_k) d_v_k.
 """
@@ -25,20 +25,20 @@ IntArray = NDArray[np.int64]
 
 @dataclasses.dataclass(frozen=True)
 class Filled:
-    """A drawing without strokes that looks as another one."""
+    """A drawing with strokes replaced by filled outlines."""
 
-    drawing: Drawing  # filled layers only; the lines of outlines of strokes are segments of one piece
-    source: Drawing  # the drawing that it stands for
+    drawing: Drawing  # filled layers only; the lines of strokes' outlines are segments of one line each
+    source: Drawing  # the original drawing
     _counts: NDArray[np.int32] | None = None  # lines of each segment of the source
-    _rows: IntArray | None = None  # segment of the source of each segment, -1 of a stroke's outline
+    _rows: IntArray | None = None  # source segment of each segment, -1 for a stroke's outline
     _corners: IntArray | None = None  # segment of each corner of the outlines
     _outlines: StrokeOutlines | None = None
-    _segments: IntArray | None = None  # of the source, of each vertex of the centre lines
+    _segments: IntArray | None = None  # source segment of each vertex of the centre lines
     _weights: FloatArray | None = None  # Bernstein weights of each vertex
-    _layers: IntArray | None = None  # of each subpath that is stroked
+    _layers: IntArray | None = None  # layer of each stroked subpath
 
     def pieces(self, pieces: ArrayLike | None) -> ArrayLike | None:
-        """Return the lines of each segment of this drawing from those of the source's, (M,) or None."""
+        """Return the numbers of lines of this drawing's segments from those of the source's, (M,) or None."""
         if self._rows is None or self._counts is None:
             return pieces
         counts = self._counts if pieces is None else np.asarray(pieces)
@@ -69,11 +69,11 @@ def filled(drawing: Drawing, pieces: ArrayLike | None, tolerance: float) -> Fill
     Parameters
     ----------
     drawing : Drawing
-        Any drawing; one without strokes is returned as it is.
+        Any drawing; one without strokes is not changed.
     pieces : (M,) array_like of int, or None
-        Lines that each segment is flattened into; None chooses those of strokes by the tolerance.
+        Number of lines of each segment; None chooses those of strokes by the tolerance.
     tolerance : float
-        Largest distance between a curve, or the edge of its stroke, and their lines, px.
+        Largest distance between a curve, or the edge of its stroke, and its lines, px.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def filled(drawing: Drawing, pieces: ArrayLike | None, tolerance: float) -> Fill
     subpath_layers = np.repeat(np.arange(drawing.num_layers), np.diff(drawing.layer_offsets))
     stroked = strokes.widths[subpath_layers] > 0
     subpath_of = np.repeat(np.arange(len(stroked)), np.diff(drawing.subpath_offsets))
-    ends = (drawing.subpath_offsets[1:] - 1)[strokes.is_open]  # rows that hold no more than an end
+    ends = (drawing.subpath_offsets[1:] - 1)[strokes.is_open]  # rows that are only an end, no segment
     steps = np.where(stroked[subpath_of], counts, 0)
     steps[ends] = 1
     segments = np.repeat(np.arange(drawing.num_segments), steps)
@@ -112,10 +112,10 @@ def filled(drawing: Drawing, pieces: ArrayLike | None, tolerance: float) -> Fill
 
 
 def stroke_pieces(drawing: Drawing, tolerance: float) -> NDArray[np.int32]:
-    """Return lines of each segment, (M,): of strokes as many as the outer edge needs, px, of others as usual.
+    """Return the number of lines of each segment, (M,): for strokes, as many as the outer edge needs.
 
-    An edge at the distance r from a curve turns as the curve does; lines that turn by theta keep an arc of radius r
-    within r (1 - cos(theta / 2)). The turn of a cubic is at most that of its control polygon.
+    An edge at the distance r from a curve turns as the curve does; lines with turns of theta stay within r (1 -
+    cos(theta / 2)) of an arc of radius r. The turn of a cubic is at most that of its control polygon.
     """
     counts = pieces_for(drawing.cubics, tolerance)
     radii = drawing.strokes.widths[drawing.segment_layers] / 2
@@ -130,7 +130,7 @@ def stroke_pieces(drawing: Drawing, tolerance: float) -> NDArray[np.int32]:
 
 
 def _replaced(start: Filled, stroked: NDArray[np.bool_], subpath_of: IntArray) -> Filled:
-    """Put the polygons in the place of the strokes, given which subpaths are stroked and each segment's subpath."""
+    """Replace the strokes by their polygons, given which subpaths are stroked and each segment's subpath."""
     drawing, outlines, layers = start.source, start._outlines, start._layers
     assert outlines is not None and layers is not None
     loops = np.repeat(np.arange(len(outlines.loop_strokes)), np.diff(outlines.loop_offsets))

@@ -21,7 +21,7 @@ from livecl.rendering.tiling import Grid
 
 
 def channels_of(drawing: Drawing) -> int:
-    """Return the number of channels of a drawing's image: without a background, alpha is one.
+    """Return the number of channels of a drawing's image: 3, or 4 without a background.
 
     Raises TypeError if it is no drawing.
     """
@@ -30,7 +30,7 @@ def channels_of(drawing: Drawing) -> int:
 
 
 class Workspace(threading.local):
-    """The pipelines of a canvas, made when they are first asked for; other threads see others.
+    """The pipelines of a canvas, created on first use, separately for each thread.
 
     Parameters
     ----------
@@ -51,9 +51,9 @@ class Workspace(threading.local):
         self.rendered: tuple[Filled, ArrayLike | None] | None = None
 
     def pipeline(self, channels: int, fills: bool = False, count: int = 1) -> Pipeline:
-        """Return the pipeline for images of that many channels, for drawings with gradient fills or without.
+        """Return the pipeline for a number of channels, for drawings with gradient fills or without.
 
-        For more than one drawing at a time, `count`, it is made anew where there were as many others last.
+        For batches, only the pipeline of the last number of drawings, `count`, is kept.
         """
         kind = channels, fills, count > 1
         last, pipeline = self._pipelines.get(kind, (0, None))
@@ -65,12 +65,12 @@ class Workspace(threading.local):
         return pipeline
 
     def loaded(self, drawing: Drawing, stack: Stack | None = None) -> Pipeline:
-        """Return the drawing's pipeline, with the drawing, or that of a stack, on the device."""
+        """Return the drawing's pipeline after loading the drawing, or that of a stack."""
         count = 1 if stack is None else stack.count
         pipeline = self.pipeline(channels_of(drawing), drawing.fills.any_gradients, count)
         pipeline.load(drawing, stack if count > 1 else None)
         return pipeline
 
     def forget(self) -> None:
-        """Give up all buffers of this thread."""
+        """Release all buffers of this thread."""
         self._pipelines.clear()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the canvas is cut into strips and tiles, and which of them layers may touch: the host's side of common.h.
+"""Tiling of the canvas into strips and tiles, and the spans of tiles that layers may touch: host side of common.h.
 
 A strip is `lanes` rows, a tile TILE columns of a strip. A span is the row of tiles where a layer's box meets a strip.
 """
@@ -23,7 +23,7 @@ IntArray = NDArray[np.int32]
 class Grid:
     """A canvas of `height` x `width` px in strips of `lanes` rows and tiles of TILE columns, padded to whole ones.
 
-    With a `count`, as many such canvases, stacked: the strips of one after those of the other.
+    With a `count`, that many canvases, stacked: the strips of one follow those of the other.
     """
 
     height: int
@@ -33,7 +33,7 @@ class Grid:
 
     @property
     def period(self) -> int:
-        """Strips of a canvas, the last one perhaps reaching beyond it."""
+        """Strips of one canvas; the last may extend beyond it."""
         return -(-self.height // self.lanes)
 
     @property
@@ -54,7 +54,7 @@ class Grid:
     def pack(self, image: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
         """Turn images (count, H, W, C), or one without the axes of 1, into planes (C, num_strips, num_columns, lanes).
 
-        They are padded with 0.
+        Padding is 0.
         """
         image = image.reshape(self.count, self.height, self.width, -1)
         padded = np.zeros((self.count, self.period * self.lanes, self.num_columns, image.shape[3]), dtype)
@@ -83,7 +83,7 @@ class Grid:
         return np.concatenate([first, last], axis=1).astype(np.int32)
 
     def limits(self, boxes: IntArray, margin: float) -> NDArray[np.float64]:
-        """Return how far bounds may reach so that all tiles within `margin` px of them lie in `boxes`: (N, 4), px."""
+        """Return the largest bounds for which all tiles within `margin` px of them lie in `boxes`: (N, 4), px."""
         tile_size, ends = np.array([TILE, self.lanes]), np.array([self.num_tiles, self.period])
         low = np.where(boxes[:, :2] > 0, boxes[:, :2] * tile_size + margin, -np.inf)
         high = np.where(boxes[:, 2:] < ends, boxes[:, 2:] * tile_size - margin, np.inf)
@@ -92,7 +92,7 @@ class Grid:
 
 @dataclasses.dataclass(frozen=True)
 class Spans:
-    """The spans of all layers, sorted by strip and then by layer, with the tables the kernels find them by."""
+    """The spans of all layers, sorted by strip and then by layer, with tables for kernels to find them."""
 
     #: (K, 4): layer, strip, first tile | past-the-last tile << 16, index of the strip's tile 0 in the per-tile buffers.
     spans: IntArray
@@ -107,7 +107,7 @@ class Spans:
 
     @functools.cached_property
     def each_band(self) -> tuple[Band, ...]:
-        """The bands, the same objects each time, so that unchanged arguments are not set again."""
+        """The bands; always the same objects, so that unchanged arguments are not set again."""
         grid = self.grid
         canvas = [grid.width, grid.height, grid.num_strips, grid.num_tiles, grid.period]
         return tuple(
@@ -119,7 +119,7 @@ class Spans:
 
 
 class Band(NamedTuple):
-    """Strips of the canvas that are worked on at a time."""
+    """Strips of the canvas that are processed together."""
 
     #: Spans, and tiles of the canvas, in the band.
     num_spans: int
@@ -137,7 +137,7 @@ def plan_spans(boxes: IntArray, grid: Grid, max_tiles: int) -> Spans:
     grid : Grid
         The canvas, or canvases.
     max_tiles : int
-        Tiles that a band may hold; a single strip's are never split.
+        Largest number of tiles of a band; a single strip is never split.
     """
     widths = boxes[:, 2] - boxes[:, 0]
     heights = np.where(widths > 0, boxes[:, 3] - boxes[:, 1], 0)
@@ -173,9 +173,9 @@ def plan_spans(boxes: IntArray, grid: Grid, max_tiles: int) -> Spans:
 
 
 def _cut(tiles_before: NDArray[Any], max_tiles: int, period: int) -> NDArray[Any]:
-    """Cut strips into runs of at most `max_tiles` tiles, or one strip: the first strips of the runs, and the end.
+    """Divide strips into runs of at most `max_tiles` tiles, or one strip: the first strips of the runs, and the end.
 
-    Runs are whole canvases, of `period` strips, or within one: a canvas is cut as it would be by itself.
+    Runs are whole canvases, of `period` strips, or parts of one: a canvas is divided as it would be alone.
     """
     num_strips = len(tiles_before) - 1
     cuts = [0]

@@ -21,8 +21,8 @@ JITTER = 0.035
 #: angle; turn, radians; shift, px.
 RADII, SCALES, ASPECTS = (1.0, 1.7), (0.88, 1.0), (0.8, 1.15)
 SLANTS, TURNS, SHIFTS = (-0.1, 0.45), (-0.1, 0.1), (-0.5, 0.5)
-#: Stamps of the pen along a stroke. On the longest, an 8's, they lie up to 0.65 px apart, so the scallops between them
-#: are at most R - sqrt(R^2 - 0.33^2) = 0.06 px deep, for the thinnest pen, R = 1.
+#: Number of stamps of the pen along a stroke. On the longest, an 8's, they are up to 0.65 px apart, so the scallops
+#: between them are at most R - sqrt(R^2 - 0.33^2) = 0.06 px deep, for the thinnest pen, R = 1.
 STAMPS = 192
 
 Point = tuple[float, float]
@@ -30,14 +30,14 @@ Point = tuple[float, float]
 
 @dataclasses.dataclass(frozen=True)
 class Skeleton:
-    """One way to write a digit.
+    """One form of a digit.
 
     Attributes
     ----------
     points : tuple of (x, y)
         Key points; x to the right, y down, the digit's height is 1.
     strokes : tuple of tuple of int
-        Key points that each stroke runs through, smoothly; closed where it ends at its first.
+        Key points of each stroke, a smooth curve through them; closed if it ends at its first.
     """
 
     points: tuple[Point, ...]
@@ -57,7 +57,7 @@ class Skeleton:
         return np.concatenate(rows)
 
 
-#: Ways to write each digit, 0 to 9.
+#: Forms of each digit, 0 to 9.
 SKELETONS: tuple[tuple[Skeleton, ...], ...] = (
     (
         Skeleton(
@@ -125,7 +125,7 @@ def draw_digits(count: int, *, seed: int = 0) -> Digits:
     Parameters
     ----------
     count : int
-        How many; the labels go round, 0, 1 ... 9, 0 ...
+        Number of digits; labels repeat 0, 1 ... 9.
     seed : int
         Same count and seed: same digits.
 

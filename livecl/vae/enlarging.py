@@ -11,17 +11,17 @@ from livecl.vae.parts import sigmoid
 
 FloatArray = NDArray[np.float64]
 
-#: Logits are cut off here, each way, before they are enlarged: a pixel that is surely black, at -30, would otherwise
-#: push the edge of a stroke beside it inwards. A grey level of 8 bits, 1 / 255, is a logit of -5.5.
+#: Logits are clipped to this magnitude before they are enlarged: a certainly black pixel, at -30, would otherwise push
+#: the edge of a stroke beside it inwards. A grey level of 8 bits, 1 / 255, is a logit of -5.5.
 LIMIT = 6.0
 
 
 def enlarge(pictures: ArrayLike, size: int) -> FloatArray:
-    """Return pictures at another size, with edges as sharp as there.
+    """Resize pictures, with edges that are sharp at the new size.
 
-    A decoder's picture says how probable it is that a pixel is white, and the probability's logit is what the decoder
-    gives. The logits are interpolated by cubic splines, and turned into probabilities after that: an edge, where they
-    change sign, gets a place between the pixels of the small picture and a ramp steeper than theirs.
+    A decoder's output are logits of the probability that a pixel is white. These are interpolated by cubic splines and
+    then turned into probabilities: an edge, where they change sign, is located between the pixels of the small picture,
+    with a steeper ramp.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class Digits:
     images : (N, 28, 28) float32
         Grey in [0, 1].
     labels : (N,) uint8
-        The digit that each one shows, 0 to 9.
+        Digit of each image, 0 to 9.
     """
 
     images: NDArray[np.float32]
@@ -47,12 +47,12 @@ def read_mnist(folder: str | os.PathLike[str], *, part: str = "train", count: in
     Parameters
     ----------
     folder : path
-        Where ``train-images-idx3-ubyte`` and ``train-labels-idx1-ubyte`` lie (``t10k-...`` for the test part), with
-        or without ``.gz``; a dot in place of the second hyphen is taken too.
+        Folder with ``train-images-idx3-ubyte`` and ``train-labels-idx1-ubyte`` (``t10k-...`` for the test part), with
+        or without ``.gz``; a dot in place of the second hyphen is accepted too.
     part : "train" or "test"
         Which of the two parts.
     count : int, optional
-        How many digits to keep, the first ones of the file; all if None.
+        Number of digits to read, from the beginning of the file (default: all).
 
     Returns
     -------
@@ -62,7 +62,7 @@ def read_mnist(folder: str | os.PathLike[str], *, part: str = "train", count: in
     Raises
     ------
     ImageError
-        If a file is not there, is no IDX file of that kind, is cut off, or the two do not belong together.
+        If a file is missing, truncated or no IDX file of that kind, or the two do not match.
     """
     if part not in _STEMS:
         raise ValueError(f"part: got {part!r}, wanted 'train' or 'test'")
@@ -84,15 +84,15 @@ def read_mnist(folder: str | os.PathLike[str], *, part: str = "train", count: in
 def read_idx(path: str | os.PathLike[str], *, magic: int) -> NDArray[np.uint8]:
     """Read an array of unsigned bytes from an IDX file, gzipped or not.
 
-    The file begins with the magic number and the length of each axis, 32 bits each, highest byte first; the bytes
-    follow, last axis fastest.
+    The file begins with the magic number and the length of each axis, 32 bits each, big-endian; the bytes follow, last
+    axis fastest.
 
     Parameters
     ----------
     path : path
         The file; gzip is recognized by its content.
     magic : int
-        The magic number to expect; its last byte is the number of axes.
+        The expected magic number; its last byte is the number of axes.
 
     Returns
     -------

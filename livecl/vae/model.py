@@ -2,7 +2,7 @@
 """A variational autoencoder (Kingma and Welling 2014) of small grey pictures, and paths between their latents.
 
 The encoder turns a picture x into the mean and log variance of Gaussian latents z, the decoder turns latents into the
-logits of the pixels. Both are dense layers with SiLU between them. Trained is
+logits of the pixels. Both are dense layers with SiLU between them. The loss is
 
     L = cross-entropy(x, decoder(z)) + KL(N(mean, variance) || N(0, 1)),    z = mean + sqrt(variance) noise
 
@@ -43,7 +43,7 @@ _FORMAT = 1
 
 @dataclasses.dataclass(frozen=True)
 class Loss:
-    """Loss of a batch, nats a picture.
+    """Loss of a batch, nats per picture.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Vae:
     hidden : tuple of int
         Units of the encoder's hidden layers; the decoder has them in reverse.
     num_latents : int
-        Latents of a picture, Z.
+        Number of latents of a picture, Z.
     parameters : (P,) float64
         Weights and bias of each layer, encoder first.
     """
@@ -135,7 +135,7 @@ class Vae:
         Returns
         -------
         (Loss, (P,) float64)
-            Nats a picture, and nats a picture per unit of each parameter.
+            Nats per picture, and nats per picture and unit of each parameter.
         """
         pixels, noise = self._pixels(images), np.asarray(noise, np.float64)
         if noise.shape != (len(pixels), self.num_latents):
@@ -146,7 +146,7 @@ class Vae:
         logits, kept_decoder = mlp_forward(sample_forward(mean, log_variance, noise), decoder)
         loss = Loss(cross_entropy_forward(logits, pixels), divergence_forward(mean, log_variance))
 
-        # The latents reach the loss by two ways, through the pixels and through the divergence: their gradients add.
+        # The latents affect the loss through the pixels and through the divergence: their gradients add up.
         d_z, d_decoder = mlp_backward(cross_entropy_backward(logits, pixels), kept_decoder, decoder)
         by_pixels = sample_backward(d_z, log_variance, noise)
         by_divergence = divergence_backward(mean, log_variance)
@@ -178,7 +178,7 @@ class Vae:
         """
         try:
             if not zipfile.is_zipfile(path):
-                raise ValueError("it is no whole .npz file, or not there")
+                raise ValueError("it is missing or no complete .npz file")
             with np.load(path, allow_pickle=False) as file:
                 arrays = dict(file)
             if int(arrays["format"]) != _FORMAT:
@@ -187,7 +187,7 @@ class Vae:
             hidden = tuple(map(int, arrays["hidden"]))
             parameters = np.asarray(arrays["parameters"], np.float64)
             return cls((height, width), hidden, int(arrays["num_latents"]), parameters)
-        except Exception as error:  # damaged archives end in exceptions of every kind
+        except Exception as error:  # damaged archives can raise any exception
             raise LiveclError(f"{os.fspath(path)!r} is not a saved VAE: {error}") from error
 
     def _pixels(self, images: ArrayLike) -> FloatArray:
@@ -201,7 +201,7 @@ class Vae:
 
 
 def interpolate_latents(model: Vae, a: ArrayLike, b: ArrayLike, count: int) -> FloatArray:
-    """Return pictures on the way from one picture to another, through the latents.
+    """Interpolate between two pictures in the latent space.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def interpolate_latents(model: Vae, a: ArrayLike, b: ArrayLike, count: int) -> F
     a, b : (H, W) array_like
         First and last picture, in [0, 1].
     count : int
-        How many, the model's pictures of `a` and `b` included.
+        Number of pictures, the model's reconstructions of `a` and `b` included.
 
     Returns
     -------
@@ -219,9 +219,9 @@ def interpolate_latents(model: Vae, a: ArrayLike, b: ArrayLike, count: int) -> F
 
     Notes
     -----
-    Straight, as in the paper, not along a great circle: that keeps the length of *samples* of N(0, 1), which in many
-    dimensions lie near a sphere. The means of the encoder do not, and with about ten latents nothing does; and four
-    corners can be blended only on straight lines.
+    Linear, as in the paper, not along a great circle: that keeps the length of *samples* of N(0, 1), which in many
+    dimensions lie near a sphere. The encoder's means do not, nor do samples of about ten latents; and four corners can
+    only be blended linearly.
     """
     if count < 2:
         raise ValueError(f"count: got {count}, wanted at least 2")
@@ -231,7 +231,7 @@ def interpolate_latents(model: Vae, a: ArrayLike, b: ArrayLike, count: int) -> F
 
 
 def latent_grid(model: Vae, corners: ArrayLike, rows: int, columns: int) -> FloatArray:
-    """Return pictures between four, blended bilinearly through the latents.
+    """Interpolate bilinearly between four pictures in the latent space.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ def latent_grid(model: Vae, corners: ArrayLike, rows: int, columns: int) -> Floa
     corners : (4, H, W) array_like
         Pictures in the corners: top left, top right, bottom left, bottom right.
     rows, columns : int
-        Pictures of the grid, the model's pictures of the corners included.
+        Size of the grid, the model's reconstructions of the corners included.
 
     Returns
     -------
@@ -260,7 +260,7 @@ def latent_grid(model: Vae, corners: ArrayLike, rows: int, columns: int) -> Floa
 
 
 def _shapes(size: tuple[int, int], hidden: tuple[int, ...], num_latents: int) -> list[tuple[int, int]]:
-    """Return inputs and outputs of each layer; the encoder's last gives mean and log variance."""
+    """Return numbers of inputs and outputs of each layer; the encoder's last has mean and log variance as outputs."""
     for name, values in (("size", size), ("hidden", hidden), ("num_latents", (num_latents,))):
         if not all(value >= 1 for value in values):
             raise ValueError(f"{name}: got {', '.join(map(str, values))}, wanted numbers of at least 1")

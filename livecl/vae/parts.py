@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parts of a variational autoencoder: the forward of each, and below it its hand-derived backward.
 
-B pictures of D pixels run at once. ``d_x`` stands for dL/dx, an array shaped like x.
+A batch has B pictures of D pixels. ``d_x`` stands for dL/dx, an array shaped like x.
 """
 
 from __future__ import annotations

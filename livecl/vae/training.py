@@ -28,7 +28,7 @@ class Training:
     model : Vae
         The trained model.
     losses : (steps, 2) float64
-        Cross-entropy and divergence of each step's batch before the step, nats a picture: the loss curve.
+        Cross-entropy and divergence of each step's batch before the step, nats per picture: the loss curve.
     """
 
     model: Vae
@@ -53,15 +53,15 @@ def train_vae(
     images : (N, H, W) array_like
         Grey pictures in [0, 1].
     num_latents : int
-        Latents of a picture.
+        Number of latents of a picture.
     hidden : tuple of int
         Units of the encoder's hidden layers; the decoder has them in reverse.
     steps : int
         Steps of Adam.
     batch : int
-        Pictures of a step; fewer if there are fewer. Each round through all pictures has an order of its own.
+        Pictures per step; fewer if there are fewer. Each epoch has its own random order.
     learning_rate : float
-        Adam's step; from the middle of the training on it falls to a twentieth.
+        Adam's step; from the middle of the training it falls to a twentieth.
     seed : int
         Same pictures, options and seed, on the same machine: same model, to the last bit.
     callback : callable, optional

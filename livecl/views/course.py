@@ -19,13 +19,13 @@ from livecl.run.result import Result
 from livecl.views.films import save_mp4
 from livecl.views.frames import MAX_GIF_HOLD, MIN_GIF_FRAME, encode_gif, render_frames
 
-#: Longer side, px, that smaller drawings are enlarged to in a film, by a whole factor.
+#: Longer side, px, to which smaller drawings are enlarged in a film, by a whole factor.
 MIN_SIDE = 240
 
 
 @dataclasses.dataclass(frozen=True)
 class Frame:
-    """The drawing after a step: stage, from 0 on, and iteration, from 1 on."""
+    """The drawing after a step: stage, from 0, and iteration, from 1."""
 
     stage: int
     iteration: int
@@ -33,17 +33,17 @@ class Frame:
 
 
 class Course:
-    """Keeps drawings of a run: pass it as `on_step`.
+    """Records the drawings of a run: pass it as `on_step`.
 
-    A drawing takes a few kilobytes, and nothing is rendered. Stages that the run takes back are not part of the course,
-    and a revision is once the run has kept it (:meth:`on_stage`).
+    A drawing takes a few kilobytes, and nothing is rendered. Stages and revisions that the run does not keep are not
+    part of the course (:meth:`on_stage`).
 
     Parameters
     ----------
     every : int
-        Keep the drawing after every N-th step, and after the first and the last step of each stage.
+        Record the drawing after every N-th step, and after the first and the last step of each stage.
     on_step : callable, optional
-        Another callback, which is called first; where it returns true the run stops.
+        Another callback, which is called first; if it returns true, the run stops.
     """
 
     def __init__(self, every: int = 10, *, on_step: OnStep | None = None) -> None:
@@ -54,7 +54,7 @@ class Course:
         self._attempt: list[Frame] = []
 
     def __call__(self, step: Step) -> bool | None:
-        """Keep the drawing, where it is its turn; return the other callback's value."""
+        """Record the drawing if it is due; return the other callback's value."""
         stopped = None if self._on_step is None else self._on_step(step)
         if step.iteration == 1 or step.iteration == step.iterations or step.iteration % self.every == 0:
             if self._attempt and self._attempt[-1].stage != step.stage:
@@ -64,7 +64,7 @@ class Course:
         return stopped
 
     def on_stage(self, step: Step, kept: bool) -> None:
-        """Add a revision that is kept; leave out the stage if it is taken back."""
+        """Add the frames of a stage that is kept; drop those of one that is not."""
         tell_stage_end(self._on_step, step, kept)
         if kept:
             self._frames += self._attempt
@@ -74,18 +74,18 @@ class Course:
 
     @property
     def frames(self) -> tuple[Frame, ...]:
-        """The drawings kept."""
+        """The drawings recorded."""
         return tuple(self._frames)
 
     def drawings(self, *, step: int = 1, result: Result | None = None) -> list[Drawing]:
-        """Return each `step`-th drawing, and the last one: that of the result, where it is given.
+        """Return each `step`-th drawing, and the last one: that of the result, if given.
 
-        All are on the canvas that was worked on, which may be smaller than the result's.
+        All are at the working size, which may be smaller than the result's canvas.
 
         Raises
         ------
         ValueError
-            If nothing has been kept, or `step` is below 1.
+            If nothing has been recorded, or `step` is below 1.
         """
         check_whole("step", step, 1)
         kept = [frame.drawing for frame in self._frames]
@@ -108,7 +108,7 @@ class Course:
         device: int | str | None = None,
         progress: Callable[[int, int], None] | None = None,
     ) -> None:
-        """Write the course as a GIF that starts anew when it is over, replacing an existing file atomically.
+        """Write the course as a GIF that loops, replacing an existing file atomically.
 
         Parameters
         ----------
@@ -119,11 +119,11 @@ class Course:
         step : int
             Show every `step`-th drawing.
         fps : float
-            Drawings a second, 50 at most.
+            Drawings per second, at most 50.
         hold : float
-            Time, s, that the last drawing stays beyond its own; 600 at most.
+            Additional time for which the last drawing is shown, seconds, at most 600.
         scale : float, optional
-            Pixels of the film for each px of the canvas; where not given, 1, or the whole number that brings a smaller
+            Pixels of the film for each px of the canvas; by default 1, or the whole number that brings a smaller
             drawing's longer side near 240.
         device : int, str or None
             OpenCL device that renders.
@@ -133,7 +133,7 @@ class Course:
         Raises
         ------
         ValueError
-            If nothing has been kept, or a number is out of range.
+            If nothing has been recorded, or a number is out of range.
         """
         drawings = self.drawings(step=step, result=result)
         if not 0 < fps <= 1 / MIN_GIF_FRAME:
@@ -168,7 +168,7 @@ class Course:
         Raises
         ------
         ValueError
-            If nothing has been kept, or a number is out of range.
+            If nothing has been recorded, or a number is out of range.
         LiveclError
             If ffmpeg is not there, which comes with the extra ``video``, or fails.
         """

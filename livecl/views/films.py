@@ -18,11 +18,11 @@ from livecl.errors import LiveclError
 from livecl.files import write_atomically
 from livecl.views.frames import MAX_GIF_HOLD, MIN_GIF_FRAME, encode_gif, render_frames
 
-#: x264's constant rate factor: 18 and less is taken for visually lossless.
+#: x264's constant rate factor: 18 and less counts as visually lossless.
 RATE_FACTOR = 18
-#: Longest time, s, that a film may stand still at its end.
+#: Longest time for which the last picture may be held, s.
 MAX_HOLD = 3600
-#: How RGB becomes luma and chroma, and that the file says so: players guess by the size otherwise, and differ.
+#: Conversion of RGB to luma and chroma, also stated in the file: otherwise players guess by the size, and differ.
 _COLORS = ["-vf", "scale=out_color_matrix=bt709:out_range=tv", "-colorspace", "bt709", "-color_range", "tv"]
 #: Without the encoder's version, so that the same pictures give the same bytes.
 _SAME_BYTES = ["-fflags", "+bitexact", "-flags:v", "+bitexact"]
@@ -42,19 +42,19 @@ def save_mp4(
     path : path
         File to write.
     pictures : iterable of (H, W, 3) array_like
-        RGB in [0, 1], one or more of one size; they are taken as they are needed. The format has even sides only: odd
-        ones repeat their last row or column.
+        RGB in [0, 1], one or more of one size; the iterable is read one by one. The format has even sides only:
+        pictures with odd ones repeat their last row or column.
     fps : float
-        Pictures a second.
+        Pictures per second.
     hold : float
-        Time, s, that the last picture stays beyond its own.
+        Additional time for which the last picture is shown, s.
 
     Raises
     ------
     ValueError
         If there are no pictures, their sizes differ, or a number is out of range.
     LiveclError
-        If ffmpeg is not there, which comes with the extra ``video``, or fails.
+        If ffmpeg, which the extra ``video`` installs, is missing or fails.
     """
     try:
         import imageio_ffmpeg
@@ -116,7 +116,7 @@ def save_gif(
     scale: float = 1.0,
     device: int | str | None = None,
 ) -> None:
-    """Write drawings as an animated GIF that never ends, replacing an existing file atomically.
+    """Write drawings as an animated GIF that loops, replacing an existing file atomically.
 
     All frames share one palette, so that static areas do not flicker. Transparent areas lie on white.
 
@@ -129,9 +129,9 @@ def save_gif(
     seconds_per_frame : float
         Time for which each is shown, at least 0.02, rounded to hundredths.
     hold : float
-        Time for which the first and the last drawing are shown beyond that.
+        Additional time for which the first and the last drawing are shown.
     bounce : bool
-        Whether it goes back the way that it came, or starts again from the first drawing.
+        Whether it plays backwards at the end, or restarts from the first drawing.
     scale : float
         Pixels of the GIF for each px of the canvas.
     device : int, str or None

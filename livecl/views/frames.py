@@ -17,21 +17,21 @@ from livecl.drawing.canvas import check_canvases
 from livecl.drawing.drawing import Drawing
 from livecl.image.reading import over_ground
 
-#: Colours that a GIF's palette holds.
+#: Size of a GIF's palette.
 PALETTE = 256
-#: Pixels, of all frames together, that the palette of a GIF is made from.
+#: Number of pixels, of all frames together, from which the palette of a GIF is computed.
 PALETTE_PIXELS = 1 << 20
-#: Shortest time, s, for which a GIF shows a picture, as browsers slow down shorter ones; and longest stand, as 16 bits
-#: count hundredths of a second.
+#: Shortest time of a frame, s, as browsers slow down shorter ones; and longest hold, as 16 bits count hundredths of a
+#: second.
 MIN_GIF_FRAME, MAX_GIF_HOLD = 0.02, 600
-#: Pixels of a scaled canvas, at most.
+#: Largest number of pixels of a scaled canvas.
 MAX_PIXELS = 1 << 26
 
 
 def render_frames(
     drawings: Sequence[Drawing], scale: float = 1.0, device: int | str | None = None
 ) -> Iterator[NDArray[np.float32]]:
-    """Render drawings one after the other, at another scale, over white.
+    """Render drawings, scaled, over white; yield the pictures.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def render_frames(
 
 
 def encode_gif(frames: Sequence[NDArray[Any]], durations: Sequence[float]) -> bytes:
-    """Encode pictures as a GIF that repeats for ever.
+    """Encode pictures as a GIF that loops.
 
     All frames share one palette, so that static areas do not flicker. The most frequent colours are exact, the
     others the nearest of the palette, without dithering.
@@ -118,9 +118,9 @@ def _levels(codes: NDArray[Any]) -> NDArray[np.uint8]:
 
 
 def _palette(frames: Sequence[NDArray[np.int32]]) -> NDArray[np.uint8]:
-    """Return colours that serve all frames: half of them the most frequent ones, so that flat areas keep theirs.
+    """Return a palette (K, 3) for all frames, K at most `PALETTE`.
 
-    The others are medians of the remaining colours: (K, 3), K at most `PALETTE`.
+    Half of it are the most frequent colours, so that flat areas are exact; the others are medians of the rest.
     """
     from PIL import Image
 
@@ -140,7 +140,7 @@ def _palette(frames: Sequence[NDArray[np.int32]]) -> NDArray[np.uint8]:
 def _nearest(frames: Sequence[NDArray[np.int32]], palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the index of the nearest colour of the palette for each 0xrrggbb that occurs.
 
-    Each colour is looked for once, however many pixels have it. Pillow's own search is not exact.
+    Each distinct colour is searched once. Pillow's own search is not exact.
     """
     occurs = np.zeros(1 << 24, bool)
     for frame in frames:

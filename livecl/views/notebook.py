@@ -17,10 +17,10 @@ from livecl.views.report.markup import STAGE_PRECISION, drawing_svg
 
 
 class LiveView:
-    """Shows the drawing of a run as SVG in a notebook, and renews it in place: pass it as `on_step`.
+    """Shows the drawing of a run as SVG in a notebook, and updates it in place: pass it as `on_step`.
 
-    As a context manager it also makes an interrupt (the notebook's stop button, Ctrl-C) end the run after the step that
-    is under way, so that :func:`livecl.vectorize` returns the drawing so far; a second one interrupts at once::
+    As a context manager it also makes an interrupt (the notebook's stop button, Ctrl-C) end the run after the current
+    step, so that :func:`livecl.vectorize` returns the drawing so far; a second one interrupts at once::
 
         with LiveView() as view:
             result = livecl.vectorize(image, paths=8, on_step=view)
@@ -28,16 +28,16 @@ class LiveView:
     Parameters
     ----------
     interval : float
-        Least time, s, between two drawings; the last one of each stage is always shown.
+        Least time between two updates, s; the last drawing of each stage is always shown.
     width : int, optional
-        Width of the drawing in the notebook, px; its own where not given.
+        Width of the drawing in the notebook, px (default: its own).
     on_step : callable, optional
-        Another callback, which is called first; where it returns true the run stops.
+        Another callback, which is called first; if it returns true, the run stops.
 
     Raises
     ------
     LiveclError
-        If IPython is not installed, or the program does not run in it.
+        If IPython is not installed, or the program does not run in IPython.
     ValueError
         If a number is out of range.
     """
@@ -68,7 +68,7 @@ class LiveView:
         self._handler_before: Any = None
 
     def __enter__(self) -> LiveView:
-        """Take interrupts; only the main thread can."""
+        """Handle interrupts, if in the main thread."""
         self.interrupted = False
         if threading.current_thread() is threading.main_thread():
             self._handler_before = signal.signal(signal.SIGINT, self._interrupt)
@@ -77,13 +77,13 @@ class LiveView:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Give interrupts back to whoever had them."""
+        """Restore the former handler of interrupts."""
         if self._handler_before is not None:
             signal.signal(signal.SIGINT, self._handler_before)
             self._handler_before = None
 
     def __call__(self, step: Step) -> bool:
-        """Show the drawing, where it is time; return whether the run is to stop."""
+        """Show the drawing if it is due; return whether the run should stop."""
         stopped = bool(self._on_step is not None and self._on_step(step)) or self.interrupted
         now = time.monotonic()
         if stopped or now >= self._next or step.iteration == step.iterations:
@@ -92,7 +92,7 @@ class LiveView:
         return stopped
 
     def on_stage(self, step: Step, kept: bool) -> None:
-        """Show the drawing that the run goes on with where a stage was taken back."""
+        """Show the drawing with which the run continues if a stage is not kept."""
         tell_stage_end(self._on_step, step, kept)
         if not kept:
             self._show(step.drawing, f"{step.name}, taken back, paths {step.drawing.num_layers}")

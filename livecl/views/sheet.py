@@ -21,9 +21,9 @@ from livecl.files import write_atomically
 from livecl.image.reading import as_image, over_ground, premultiplied, save_image
 from livecl.run.result import Result
 
-#: Longest side of a picture in a sheet, px, unless told otherwise, and the most of them in a row.
+#: Default longest side of a picture in a sheet, px, and the largest number of pictures in a row.
 CELL, MAX_COLUMNS = 240, 7
-#: Checkerboard beneath transparent pictures: its two greys, and the side of a square, px.
+#: Checkerboard below transparent pictures: its two greys, and the side of a square, px.
 CHECKERBOARD, SQUARE = (1.0, 0.88), 8
 _INK, _FAINT_INK, _FRAME = (32, 32, 32), (112, 112, 112), (204, 204, 204)
 
@@ -50,7 +50,7 @@ def stage_sheet(
     cell : int
         Longest side of each picture, px; drawings are rendered at that size.
     columns : int, optional
-        Pictures in a row; where not given, the rows are about equally long, of at most 7.
+        Pictures in a row; by default, rows of about equal length, at most 7.
     device : int, str or None
         OpenCL device that renders.
     progress : callable, optional
@@ -129,13 +129,13 @@ def save_plot(path: str | os.PathLike[str], result: Result) -> None:
     axes = figure.subplots()
     counts = [stage.paths for stage in result.stages]
     axes.plot(counts, [stage.mse for stage in result.stages], marker="o", color="#2f6fab")
-    if any(stage.mse > 0 for stage in result.stages):  # a logarithm shows no error of 0
+    if any(stage.mse > 0 for stage in result.stages):  # a logarithmic scale cannot show an error of 0
         axes.set_yscale("log")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel="paths", ylabel="mean squared error")
     axes.grid(visible=True, which="both", alpha=0.25)
     stream = io.BytesIO()
-    # Ids in the SVG are hashes with a salt, otherwise random; a date would change with each run.
+    # By default, ids in the SVG are hashes with a random salt, and the date changes with each run.
     with matplotlib.rc_context({"svg.hashsalt": "livecl"}):
         figure.savefig(stream, format=kind, dpi=144, metadata={"Date": None} if kind == "svg" else None)
     write_atomically(path, stream.getvalue())
@@ -148,7 +148,7 @@ def fitted_size(size: tuple[int, int], side: int) -> tuple[int, int]:
 
 
 def resized(image: ArrayLike, size: tuple[int, int]) -> Image.Image:
-    """Return a picture (H, W, 3 or 4) in [0, 1] at another size: smoothed where smaller, in squares where larger."""
+    """Resize a picture (H, W, 3 or 4) in [0, 1]: smoothed when reduced, in squares when enlarged."""
     picture = Image.fromarray(np.rint(np.clip(image, 0, 1) * 255).astype(np.uint8))
     height, width = size
     smaller = width < picture.width
@@ -156,7 +156,7 @@ def resized(image: ArrayLike, size: tuple[int, int]) -> Image.Image:
 
 
 def over_checkerboard(image: ArrayLike) -> FloatArray:
-    """Lay a picture over a checkerboard: RGB, as it is, or premultiplied RGBA, (H, W, C); RGB (H, W, 3) comes out."""
+    """Composite premultiplied RGBA (H, W, 4) over a checkerboard: RGB (H, W, 3); RGB is returned unchanged."""
     pixels = np.asarray(image, dtype=np.float32)
     if pixels.shape[2] == 3:
         return pixels
@@ -171,7 +171,7 @@ def count_of(count: int, noun: str) -> str:
 
 
 def checked_image(image: ArrayLike, drawing: Drawing) -> FloatArray:
-    """Return a picture as :func:`livecl.image.reading.as_image` does, if it is of the drawing's size."""
+    """Read a picture with :func:`livecl.image.reading.as_image`; ValueError unless it has the drawing's size."""
     pixels = as_image(image)
     if pixels.shape[:2] != drawing.size:
         raise ValueError(f"image: {pixels.shape[:2]} pixels, wanted the drawing's {drawing.size}")
@@ -183,7 +183,7 @@ def _fitted_target(pixels: FloatArray, size: tuple[int, int]) -> FloatArray:
 
 
 def _laid_out(cells: list[tuple[FloatArray, str, str]], size: tuple[int, int], columns: int) -> FloatArray:
-    """Put pictures with two lines of caption below each into rows."""
+    """Arrange pictures, each with two lines of caption below, in rows."""
     text = max(9, max(size) // 16)
     font = ImageFont.load_default(text)
     margin, line = max(4, text // 2), round(1.35 * text)

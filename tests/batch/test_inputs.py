@@ -91,7 +91,7 @@ def test_names_that_differ_in_case_only(folder: Path) -> None:
     [
         ([], "inputs: got none"),
         (["one", "none.png"], "none.png: there is no such file"),
-        (["one/*.gif"], r"one/\*.gif: the pattern fits no picture"),
+        (["one/*.gif"], r"one/\*.gif: the pattern matches no picture"),
         (["empty"], "empty: the folder holds no pictures"),
     ],
 )

@@ -191,7 +191,7 @@ def test_a_folder_gives_a_folder(folder: Path, capsys: pytest.CaptureFixture[str
         ("in/picture-0.png -o out.svg --precision 10", "--precision"),
         ("in/picture-0.png -o out.svg --config none.toml", "none.toml: cannot be read"),
         ("empty -o out", "empty: the folder holds no pictures"),
-        ("in/*.gif -o out", "the pattern fits no picture"),
+        ("in/*.gif -o out", "the pattern matches no picture"),
     ],
 )
 def test_refusals(folder: Path, capsys: pytest.CaptureFixture[str], arguments: str, message: str) -> None:

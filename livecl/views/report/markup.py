@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pieces of the report's page: drawings, tables and the plot as HTML and SVG, everything from outside escaped."""
+"""Parts of the report's page: drawings and tables as HTML and SVG, with all external text escaped."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from livecl.svg.servers import format_gradient
 from livecl.svg.writer import format_pen, quantize
 from livecl.views.sheet import count_of
 
-#: Decimals of coordinates in the page, px: of the finished drawing as it is saved, and of the stages' drawings.
+#: Decimals of coordinates in the page, px: of the finished drawing, as saved, and of the stages' drawings.
 PRECISION, STAGE_PRECISION = 3, 2
-#: Beginning of the ids of the finished drawing's gradients.
+#: Prefix of the ids of the finished drawing's gradients.
 PREFIX = "fill"
 #: Element and extent of a swatch's gradient, by the kind of fill.
 SWATCHES = {
@@ -65,8 +65,8 @@ def drawing_svg(
 ) -> str:
     """Return a drawing as an ``<svg>`` element; its paths are ``M``, ``C`` and ``Z`` in absolute numbers.
 
-    With `facts`, each path says in ``data-facts`` what its layer is called and how it is filled. Only gradients have
-    ids, which begin with `prefix`, or with a digest of the gradients where none is given, as a page may hold many.
+    With `facts`, each path has its layer's label and fill in ``data-facts``. Only gradients have ids, which begin with
+    `prefix`, by default a digest of the gradients, as a page may hold several drawings.
     """
     height, width = drawing.size
     ground = ""
@@ -97,12 +97,12 @@ def drawing_svg(
 
 
 def solid_paint(rgba: NDArray[np.float64]) -> str:
-    """Return a colour as the attributes of SVG."""
+    """Return a colour as SVG attributes."""
     return f'fill="{format_rgb(rgba)}"' + (f' fill-opacity="{number_text(rgba[3], 5)}"' if rgba[3] < 1 else "")
 
 
 def fill_of(drawing: Drawing, layer: int) -> str:
-    """Return a layer's fill in words: ``#ff8800``, with its opacity where that is below 1; or a gradient's stops."""
+    """Describe a layer's fill: ``#ff8800``, with its opacity if below 1; or a gradient's stops."""
     fills, width = drawing.fills, drawing.strokes.widths[layer]
     pen = f", a line of {width:.4g} px" if width else ""
     if not fills.kinds[layer]:
@@ -112,14 +112,14 @@ def fill_of(drawing: Drawing, layer: int) -> str:
 
 
 def color_of(rgba: NDArray[np.float64]) -> str:
-    """Return a colour in words: ``#ff8800``, with its opacity where that is below 1."""
+    """Describe a colour: ``#ff8800``, with its opacity if below 1."""
     return format_rgb(rgba) + (f" at {100 * rgba[3]:.3g} %" if rgba[3] < 1 else "")
 
 
 def swatch(drawing: Drawing, layer: int) -> str:
-    """Return a small square of a layer's fill; a gradient goes across it, or from its middle to its corners.
+    """Return a small square with a layer's fill; a gradient goes across it, or from its middle to its corners.
 
-    The stops are those of the page's own drawing of the layer, whose prefix is `PREFIX`.
+    It refers to the stops of the finished drawing's gradients in the page, whose prefix is `PREFIX`.
     """
     paint, definition = solid_paint(drawing.colors[layer]), ""
     if kind := drawing.fills.kinds[layer]:
@@ -130,7 +130,7 @@ def swatch(drawing: Drawing, layer: int) -> str:
 
 
 def table(head: Sequence[str], rows: Iterable[tuple[str, Sequence[str]]], attributes: str) -> str:
-    """Return a table; each row has attributes of its own, and cells of ready markup, of which the first names it."""
+    """Return a table; each row has its own attributes, and cells of markup, the first of which is its header."""
     top = "".join(f'<th scope="col">{text(name)}</th>' for name in head)
     body = "\n".join(
         f'<tr{own}><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in others)}</tr>'
@@ -146,7 +146,7 @@ def facts_table(facts: Mapping[str, object]) -> str:
 
 
 def psnr_text(mse: float) -> str:
-    """Return a mean squared error as a peak signal-to-noise ratio, dB, in figures."""
+    """Format a mean squared error as a peak signal-to-noise ratio, dB."""
     return f"{-10 * math.log10(mse):.1f}" if mse > 0 else "∞"
 
 
@@ -160,7 +160,7 @@ def stage_table(stages: Sequence[Stage]) -> str:
 
 
 def stage_strip(stages: Sequence[Stage], differences: Sequence[str]) -> str:
-    """Return the stages' drawings as a strip of links, each with its difference picture's address."""
+    """Return the stages' drawings as a strip of links, each with the address of its difference picture."""
     items = []
     for index, (stage, difference) in enumerate(zip(stages, differences, strict=True), start=1):
         paths, error = count_of(stage.paths, "path"), f"MSE {stage.mse:.3g}"

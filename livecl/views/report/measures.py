@@ -21,12 +21,12 @@ from livecl.views.report.markup import png_uri
 if TYPE_CHECKING:
     from livecl.rendering.rasterizer import Rasterizer
 
-#: Side, px, of the square whose area larger pictures are reduced to for the page and its measures; and the most numbers
-#: that the layers' alphas may have together (256 MB), for which pictures of many layers are reduced further.
+#: Side of a square, px: pictures of a larger area are reduced to it for the page and its measures; and the largest
+#: number of the layers' alphas together (256 MB): pictures of many layers are reduced further.
 SIDE, MAX_ALPHAS = 512, 1 << 26
-#: The difference picture is amplified so that this share of its pixels stays below the brightest; by a power of two.
+#: Amplification of the difference picture, a power of two: share of its pixels that must not be saturated, and maximum.
 UNSATURATED, MAX_GAIN = 0.99, 64
-#: Its ink, on whatever the page's colour is.
+#: Its colour, on any background.
 _DIFFERENCE_INK = (214, 66, 48)
 
 FloatArray = NDArray[np.float32]
@@ -38,14 +38,14 @@ _ELEMENT = re.compile(r"<(path|circle|ellipse|rect)\b(?! id=\"background\")[^>]*
 class LayerFacts:
     """Measures of a layer."""
 
-    area: float  # pixels that are seen of it: the sum of its share in each pixel's colour, see :func:`visible_shares`
+    area: float  # visible pixels: the sum of its share in each pixel's colour, see :func:`visible_shares`
     area_share: float  # the same as a share of the canvas, 0 to 1
-    removed: float  # by how much the mean squared error would rise without it
-    #: By how much the mean squared error would rise if the layer had the best single colour, of its mean opacity; None
-    #: where it is solid.
+    removed: float  # rise of the mean squared error without it
+    #: Rise of the mean squared error if a gradient were the best single colour, of its mean opacity; None for solid
+    #: layers.
     gradient: float | None
     num_bytes: int  # length of its element in the saved SVG
-    num_nodes: int  # anchors of its outline, one a segment
+    num_nodes: int  # anchors of its outline
 
 
 def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rasterizer) -> list[LayerFacts]:
@@ -56,10 +56,9 @@ def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rast
     drawing : Drawing
         Any drawing.
     svg : str
-        The drawing as it is saved.
+        The drawing as saved.
     target : (H, W, 3) or (H, W, 4) float32
-        Target of its render, see :func:`livecl.image.background.target_over`; it may have fewer pixels than the
-        canvas.
+        Target, see :func:`livecl.image.background.target_over`; it may be smaller than the canvas.
     rasterizer : Rasterizer
         One of the target's size.
     """
@@ -89,7 +88,7 @@ def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rast
 
 
 def _removed(drawing: Drawing, alphas: FloatArray, target: FloatArray, rasterizer: Rasterizer) -> list[float]:
-    """Return by how much the mean squared error would rise without each layer, gradients as they are."""
+    """Return the rise of the mean squared error without each layer, gradients included."""
     if not drawing.fills.any_gradients:
         return removal_changes(drawing, alphas, target).tolist()
     error = _mse(rasterizer.forward(drawing), target)
@@ -105,7 +104,7 @@ def _mse(picture: FloatArray, target: FloatArray) -> float:
 def gradient_gains(
     drawing: Drawing, visible: FloatArray, target: FloatArray, rasterizer: Rasterizer
 ) -> dict[int, float]:
-    """Return by how much the mean squared error would rise if one gradient were the best single colour, by layer.
+    """Return the rise of the mean squared error if each gradient were the best single colour, by layer.
 
     With the layer in black, of its mean opacity, the picture is B; with s its share of a pixel's colour
     (`visible`, (N, H, W)), in colour c it is B + s c, and the best c is ``sum s (T - B) / sum s^2``.
@@ -130,7 +129,7 @@ def with_solid(drawing: Drawing, layer: int, rgb: NDArray[np.float64]) -> Drawin
 
 
 def page_size(drawing: Drawing) -> tuple[int, int]:
-    """Return height and width, px, that pictures have in the page and layers are measured at."""
+    """Return height and width, px, of the page's pictures, at which layers are measured."""
     size = working_size(drawing.size, SIDE)
     excess = size[0] * size[1] * drawing.num_layers / MAX_ALPHAS
     return size if excess <= 1 else working_size(size, max(1, int(math.sqrt(size[0] * size[1] / excess))))
@@ -139,7 +138,7 @@ def page_size(drawing: Drawing) -> tuple[int, int]:
 def differences(errors: list[FloatArray]) -> tuple[list[str], int]:
     """Return difference images of drawings and target, as ``data:`` addresses, and their amplification.
 
-    A pixel's ink is the root mean square of the error's channels.
+    A pixel's opacity is the root mean square of the error's channels.
     """
     sizes = [np.sqrt(np.mean(np.square(error, dtype=np.float64), axis=2)) for error in errors]
     level = float(np.quantile(sizes[-1], UNSATURATED))

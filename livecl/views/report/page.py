@@ -22,7 +22,7 @@ from livecl.views.report.measures import differences, layer_facts, page_size
 from livecl.views.report.sections import layer_section, run_section, stage_section
 from livecl.views.sheet import checked_image, count_of
 
-#: Longer side, px, below which a picture is shown in squares.
+#: Pictures with a longer side below this, px, are enlarged without smoothing.
 TINY = 100
 
 
@@ -49,20 +49,20 @@ def format_report(
     device: int | str | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> str:
-    """Return a page that shows a result: target, drawing and difference, its layers and stages, and how it was made.
+    """Return a page that shows a result: target, drawing and difference, layers and stages, settings.
 
-    The page needs no other file. ``#k=3`` at the end of its address selects the first 3 layers, ``#stage=2`` the
-    drawing after the second stage; ``&outlines=1``, ``&points=1`` and ``&layer=0`` may follow.
+    The page is self-contained. ``#k=3`` at the end of its address selects the first 3 layers, ``#stage=2`` the drawing
+    after the second stage; ``&outlines=1``, ``&points=1`` and ``&layer=0`` may follow.
 
     Parameters
     ----------
     image : (H, W, 3) or (H, W, 4) array_like
-        The target, as :func:`livecl.image.as_image` takes it. Pictures of more than 512 x 512 px are reduced to
-        that area for the page and its measures.
+        The target, as for :func:`livecl.image.as_image`. Pictures of more than 512 x 512 px are reduced to that area
+        for the page and its measures.
     result : Result
         The run.
     command : str or sequence of str, optional
-        The command that repeats it, as a line, or as its arguments, which are quoted.
+        The command that repeats it, as a line or as a list of arguments.
     name : str, optional
         Name of the picture.
     device : int, str or None

@@ -58,7 +58,7 @@ def error_plot(stages: Sequence[Stage]) -> str:
 
 
 def _log_ticks(low: float, high: float) -> list[float]:
-    """Powers of ten that enclose a range, every second or so of many; with 2 and 5 times these where there are few."""
+    """Return powers of ten that enclose a range, thinned if many; with 2 and 5 times these if few."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     last = max(last, first + 1)
     if last - first > 3:

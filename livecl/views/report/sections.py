@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report's lists: layers, stages, and how the run was made."""
+"""Sections of the report: layers, stages, settings of the run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _PACKAGES = ("numpy", "scipy", "scikit-image", "pyopencl")
 
 
 def layer_section(drawing: Drawing, facts: Sequence[LayerFacts]) -> str:
-    """Return the list of layers, the topmost first, as editors list them."""
+    """Return the list of layers, topmost first, as in editors."""
     if not facts:
         return "<p>The drawing has no layers.</p>"
     rows = []
@@ -69,11 +69,11 @@ def stage_section(result: Result, differences: Sequence[str]) -> str:
 
 
 def run_section(result: Result, command: str | Sequence[str] | None, size: tuple[int, int]) -> str:
-    """Return how the run was made, and how to repeat it."""
+    """Return the settings of the run, and the command that repeats it."""
     packages = {package: importlib.metadata.version(package) for package in _PACKAGES}
     facts = {
         "Device": result.device,
-        "Time": f"{result.seconds:.2f} s, and {result.compile_seconds:.2f} s to make the kernels ready",
+        "Time": f"{result.seconds:.2f} s, and {result.compile_seconds:.2f} s to build the kernels",
         **({} if result.stopped is None else {"Stopped before its end": result.stopped}),
         "Worked on": _pixels(result.working_size or result.drawing.size),
         "Layers are measured on": _pixels(size),
