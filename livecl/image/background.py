@@ -40,7 +40,8 @@ def background_for(text: str, image: NDArray[np.float32], start: ArrayLike | Non
     ----------
     text : str
         A colour; "none"; "auto", the most frequent colour of the picture's border; "train", white at first; "picture":
-        none if the picture has alpha; as "auto" if most of the border has that colour; else white.
+        none if the picture has alpha; as "auto" if most of the border has that colour, or as the corners if all four have
+        another; else white.
     image : (H, W, 3) or (H, W, 4) float32
         The picture, straight.
     start : (3,) array_like or None
@@ -69,11 +70,18 @@ def background_for(text: str, image: NDArray[np.float32], start: ArrayLike | Non
 def ground_color(image: NDArray[np.float32]) -> Rgb:
     """Return the colour of an opaque picture's ground: that of most of its border, or white if it has several.
 
-    So a light shape on a coloured ground is a shape, and not a hole in that ground over a white page.
+    So a light shape on a coloured ground is a shape, and not a hole in that ground over a white page. Four corners of
+    another colour are the ground of a plate with round corners: one shape, not four.
     """
     color = border_color(image)
     share = float(np.mean(np.abs(_border(image) - color).max(axis=1) <= SAME_COLOR))
-    return color if share >= GROUND_SHARE and min(color) < WHITE_FROM else WHITE
+    if share < GROUND_SHARE:
+        return WHITE
+    corners = over_background(image, WHITE)[[0, 0, -1, -1], [0, -1, 0, -1]].astype(np.float64)
+    if np.ptp(corners, axis=0).max() <= SAME_COLOR and np.abs(corners - color).max(axis=1).min() > SAME_COLOR:
+        red, green, blue = corners.mean(axis=0).tolist()
+        color = red, green, blue
+    return color if min(color) < WHITE_FROM else WHITE
 
 
 def border_color(image: NDArray[np.float32]) -> Rgb:

@@ -146,6 +146,17 @@ def test_light_shapes_on_a_coloured_ground_are_no_holes_of_it() -> None:
     np.testing.assert_allclose(drawing.colors, [(1, 1, 1, 1)], atol=0.01)
 
 
+def test_corners_of_another_color_are_the_ground_of_a_plate() -> None:
+    rows, columns = np.indices((64, 64)) + 0.5
+    corner = np.hypot(*(np.maximum(np.abs(along - 32) - 24, 0) for along in (rows, columns)))
+    plate = np.where(corner[..., None] < 8, (0.2, 0.6, 0.4), 1.0).astype(np.float32)
+    drawing = vectorize(plate, options=Options(iterations=10)).drawing
+    np.testing.assert_array_equal(drawing.background, 1)
+    np.testing.assert_allclose(drawing.colors, [(0.2, 0.6, 0.4, 1)], atol=0.01)
+    plate[0, 0] = 0  # of one corner nothing follows
+    assert background_for("picture", plate) == pytest.approx((0.2, 0.6, 0.4))
+
+
 def test_the_border_s_color_is_that_of_most_of_it() -> None:
     assert border_color(RED_BORDER) == pytest.approx((0.8, 0.1, 0.1))
     assert border_color(np.zeros((5, 5, 4), np.float32)) == (1, 1, 1)

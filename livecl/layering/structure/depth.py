@@ -64,7 +64,7 @@ def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
     alike = regions.near(ground)
     found = {int(k) for k in np.unique(edge) if alike[k]}
     inner = [k for k in np.flatnonzero(alike).tolist() if k not in found]
-    facing = {k: {o: n for o, n in _facing(outlines.outer(k)).items() if o >= 0} for k in inner}
+    facing = {k: {o: n for o, n in _facing(outlines.outer(k)).items() if o >= 0 and not alike[o]} for k in inner}
     touching = {o for k in inner for o in facing[k] if found & set(outlines.outer(o).across.tolist())}
     for k in inner:
         if sum(n for o, n in facing[k].items() if o in touching) < GROUND_AROUND * sum(facing[k].values()):

@@ -6,8 +6,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Iterator
-from collections.abc import Set as AbstractSet
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,7 @@ from livecl.layering.outlines.prices import PRICES
 from livecl.layering.segmentation.flat import FlatRegions, clean_regions, flatness, noisy_regions
 from livecl.layering.segmentation.smooth import SmoothRegions, smooth_regions, smoothness, unmixed
 from livecl.layering.structure.depth import ground_regions, screens
-from livecl.layering.structure.layers import Layer, find_layers
+from livecl.layering.structure.layers import PLAIN, Assumptions, Layer, find_layers
 from livecl.layering.structure.mosaic import MOST_PARTS, Mosaic, mosaic_of
 from livecl.layering.structure.parts import with_more_parts, with_parts
 from livecl.layering.structure.ranking import EXPLAINED, Structure, explained_miss, mask_of
@@ -162,23 +161,34 @@ def _judged_flat(
 ) -> Structure | None:
     """Return the structure of a flat picture, if it shows it, for most layers and layers asked for."""
     most, asked = numbers
-    outlines = _parts(data, shape, ground)
-    found = _explained(outlines, np.array(ground), most)
+    outlines, over, assumed = _parts(data, shape, ground), np.array(ground), PLAIN
+    found = _explained(outlines, over, most)
     if found is None or not len(found.ranked) < asked <= MOST_ASKED * len(found.ranked):
         return found
+    if screens(outlines, ground_regions(outlines, over)):
+        on_top = Assumptions(views="none")
+        more = _explained(outlines, over, outlines.count, on_top)
+        if _is_better(more, found, asked):
+            found, assumed = more, on_top
     cut = with_more_parts(outlines, asked - len(found.ranked))
-    if cut is outlines:
-        return found
-    more = _explained(cut, np.array(ground), cut.count)
-    if more is None or len(more.ranked) > asked or more.error > max(found.error, SHOWN):
-        return found  # no cut makes others share a path
-    return more
+    more = None if cut is outlines else _explained(cut, over, cut.count, assumed)
+    return more if _is_better(more, found, asked) else found
 
 
-def _explained(outlines: Outlines, ground: FloatArray, most: int) -> Structure | None:
+def _is_better(more: Structure | None, found: Structure, asked: int) -> TypeGuard[Structure]:
+    """Whether a structure has more layers than another one, as asked for, and shows the picture as well.
+
+    More than asked for would share a path again, and not those that are one.
+    """
+    if more is None or more.error > max(found.error, SHOWN):
+        return False
+    return len(found.ranked) < len(more.ranked) <= asked
+
+
+def _explained(outlines: Outlines, ground: FloatArray, most: int, assumed: Assumptions = PLAIN) -> Structure | None:
     """Return the first explanation that shows a picture well in at most `most` layers, or that of least error."""
     best: Structure | None = None
-    for explanation in _explanations(outlines, ground):
+    for explanation in _explanations(outlines, ground, assumed):
         found = _judged(explanation, most)
         if found is not None and (best is None or found.error < best.error):
             best = found
@@ -187,22 +197,22 @@ def _explained(outlines: Outlines, ground: FloatArray, most: int) -> Structure |
     return best
 
 
-def _explanations(outlines: Outlines, ground: FloatArray) -> Iterator[Structure]:
-    """Yield explanations: the cheapest, the same with all views through holes, then with fewer and fewer joins.
+def _explanations(outlines: Outlines, ground: FloatArray, assumed: Assumptions) -> Iterator[Structure]:
+    """Yield explanations under one list of assumptions: those given, all views through holes, fewer and fewer joins.
 
-    Layers that hide visible regions are joined with no others.
+    Layers that hide visible regions are joined with no others, as long as that lowers the error.
     """
-    found, apart = _of_outlines(outlines, ground), set[int]()
-    yield found
-    if screens(outlines, ground_regions(outlines, ground)):
-        yield _of_outlines(outlines, ground, all_views=True)
-    while hiding := found.mistaken_by(LAYER_MISTAKEN):
-        apart.update(*(layer.shown for layer in hiding))
-        again = _of_outlines(outlines, ground, apart)
-        if again.error >= found.error:
-            break
-        found = again
+    untried = [(assumed, np.inf)]
+    if assumed.views == "cheaper" and screens(outlines, ground_regions(outlines, ground)):
+        untried.append((dataclasses.replace(assumed, views="all"), np.inf))
+    while untried:
+        assumed, before = untried.pop(0)
+        found = _of_outlines(outlines, ground, assumed)
         yield found
+        hiding = found.mistaken_by(LAYER_MISTAKEN) if found.error < before else []
+        if hiding:
+            apart = assumed.apart.union(*(layer.shown for layer in hiding))
+            untried.append((dataclasses.replace(assumed, apart=apart), found.error))
 
 
 @functools.lru_cache(maxsize=2)
@@ -237,11 +247,9 @@ def _judged(found: Structure, most: int) -> Structure | None:
     return found.united(most) if len(found.ranked) and found.mistaken <= MAX_MISTAKEN else None
 
 
-def _of_outlines(
-    outlines: Outlines, ground: FloatArray, apart: AbstractSet[int] = frozenset(), *, all_views: bool = False
-) -> Structure:
+def _of_outlines(outlines: Outlines, ground: FloatArray, assumed: Assumptions = PLAIN) -> Structure:
     regions = outlines.regions
-    layers, size = find_layers(outlines, ground, PRICES, apart, all_views), regions.labels.shape
+    layers, size = find_layers(outlines, ground, PRICES, assumed), regions.labels.shape
     if isinstance(regions, SmoothRegions):
         layers = [one for layer in layers for one in (layer, *_over(layer, regions))]
     masks = np.array([mask_of(layer, size) for layer in layers], bool).reshape(-1, *size)

@@ -7,6 +7,7 @@ import dataclasses
 import itertools
 from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,26 @@ class Layer:
     over: int = dataclasses.field(default=0, kw_only=True)
 
 
+@dataclasses.dataclass(frozen=True)
+class Assumptions:
+    """What an explanation assumes beyond what is cheapest shape by shape.
+
+    Attributes
+    ----------
+    views : "cheaper", "all" or "none"
+        Which of the holes that may show what lies behind do so.
+    apart : frozenset of int
+        Regions joined with no others.
+    """
+
+    views: Literal["cheaper", "all", "none"] = "cheaper"
+    apart: frozenset[int] = frozenset()
+
+
+#: Nothing beyond what is cheapest.
+PLAIN = Assumptions()
+
+
 @dataclasses.dataclass(eq=False)
 class _Shape:
     """A layer in the making: its visible regions, the regions enclosed by its outline, and its contours."""
@@ -81,23 +102,17 @@ class _Join:
 
 
 def find_layers(
-    outlines: Outlines,
-    ground: FloatArray,
-    prices: Prices = PRICES,
-    apart: AbstractSet[int] = frozenset(),
-    all_views: bool = False,
+    outlines: Outlines, ground: FloatArray, prices: Prices = PRICES, assumed: Assumptions = PLAIN
 ) -> list[Layer]:
-    """Find the layers of a flat picture over a ground of a colour (C,), the lowest first.
-
-    Regions in `apart` are not joined with others. With `all_views`, each hole that may show what lies behind does so,
-    whatever that costs.
-    """
+    """Find the layers of a flat picture over a ground of a colour (C,), the lowest first."""
     regions = outlines.regions
     behind = ground_regions(outlines, ground)
     seen_through = screens(outlines, behind)
     nodes = [k for k in range(outlines.count) if k not in behind]
     front, markings = evidence(outlines, nodes, prices)
-    seen_through = [screen for screen in seen_through if all_views or worth_it(screen, outlines, front, prices)]
+    if assumed.views != "all":
+        cheaper = assumed.views == "cheaper"
+        seen_through = [screen for screen in seen_through if cheaper and worth_it(screen, outlines, front, prices)]
     for screen in seen_through:
         for k in screen.behind:
             front.pop((k, screen.front), None)
@@ -109,7 +124,7 @@ def find_layers(
         scene.add(k, {o for (region, o) in markings if region == k and scene.depth[o] > scene.depth[k]})
     for screen in seen_through:
         scene.unite(screen.front, screen.behind)
-    scene.join_all(apart)
+    scene.join_all(assumed.apart)
     return [Layer(shape, regions.colors[k], frozenset(scene.shapes[k].shown)) for k, shape in scene.whole()]
 
 

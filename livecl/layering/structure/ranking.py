@@ -27,7 +27,8 @@ BoolArray = NDArray[np.bool_]
 #: Largest residual of an explained pixel: a constant, and per unit of noise.
 EXPLAINED, EXPLAINED_OF_NOISE = 12 / 255, 6.0
 #: Least squared error that a layer must remove, in wholly wrong channels of a pixel; or least number of visible pixels.
-LEAST_GAIN, LEAST_PIXELS = 3.0, 64
+#: `prune` is 0.98 on a canvas of 256 px.
+LEAST_GAIN, LEAST_PIXELS = 1.0, 64
 #: Share of a layer that must lie within another one for it to become a hole there.
 INSIDE = 0.98
 #: Layers considered for uniting: a multiple of the number wanted, plus a constant.

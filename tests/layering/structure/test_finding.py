@@ -105,9 +105,9 @@ def test_of_explanations_that_show_too_little_the_one_of_least_error_is_taken(
     find_layers, calls = finding.find_layers, []
 
     def reversed_at_first(*arguments: Any) -> list[Layer]:
-        calls.append(arguments[3])  # those that are kept apart
+        calls.append(arguments[3].apart)
         layers = find_layers(*arguments)
-        return layers if helps and arguments[3] else layers[::-1]
+        return layers if helps and arguments[3].apart else layers[::-1]
 
     monkeypatch.setattr(finding, "mosaic_of", lambda image: None)
     monkeypatch.setattr(finding, "find_layers", reversed_at_first)

@@ -34,7 +34,7 @@ from livecl.layering.outlines.completion import completed_contour, filled_out
 from livecl.layering.outlines.contours import Outlines
 from livecl.layering.outlines.prices import PRICES
 from livecl.layering.segmentation.flat import flat_regions
-from livecl.layering.structure.layers import find_layers
+from livecl.layering.structure.layers import Assumptions, find_layers
 from livecl.layering.structure.parts import with_parts
 from livecl.layering.structure.twins import few_alike
 
@@ -227,7 +227,7 @@ def test_regions_kept_apart_are_joined_with_none() -> None:
     regions = outlines.regions
     red = {k for k in range(outlines.count) if np.abs(regions.colors[k] - RED).max() < 0.02}
     for apart, number in ((set(), 1), ({min(red)}, 2), (red, 2)):
-        layers = find_layers(outlines, np.array(WHITE), apart=apart)
+        layers = find_layers(outlines, np.array(WHITE), assumed=Assumptions(apart=frozenset(apart)))
         assert sum(bool(layer.shown & red) for layer in layers) == number
 
 
