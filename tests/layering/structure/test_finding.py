@@ -307,6 +307,17 @@ def test_shapes_that_hid_what_shows_are_joined_with_no_others(data_dir: Path) ->
     assert not found.mistaken_by(0.002)
 
 
+def test_small_pale_dots_are_layers() -> None:
+    """A dot of 16 px that differs by .2 from what lies around it is worth more than `prune`."""
+    image = np.full((256, 256, 3), 1.0, np.float32)
+    image[40:200, 40:200] = 0.7
+    for row in range(60, 180, 20):
+        image[row : row + 4, 100:104] = 0.5
+    found = found_structure(image, WHITE, MANY)
+    assert found is not None and len(found.ranked) == 7
+    assert found.gains[found.ranked[-1]] / image.size > livecl.Options().prune
+
+
 @pytest.mark.parametrize(("hidden", "united"), [(2, True), (12, False)])
 def test_shapes_of_one_color_share_a_path_where_little_of_what_lies_between_changes(hidden: int, united: bool) -> None:
     blue, red = np.array((0.1, 0.3, 0.8)), np.array((0.9, 0.2, 0.2))

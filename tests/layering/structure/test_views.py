@@ -23,6 +23,8 @@ from support.small_drawings import (
     picture,
 )
 
+from livecl.layering.structure.finding import found_structure
+
 
 def test_what_lies_on_a_disc_makes_no_hole_in_it() -> None:
     layers = (disc(48, 48, 34), YELLOW), (disc(40, 44, 8), BLUE), (disc(60, 50, 7), RED)
@@ -97,3 +99,21 @@ def test_a_mouth_is_no_view_of_spots_that_lie_on_the_face() -> None:
     assert len(layers) == 4
     for shape in (mouth, *spots):
         assert max(overlap(mask, shape) for mask, _ in layers) > 0.95
+
+
+def test_panes_are_shapes_on_their_frame_where_so_many_are_asked_for() -> None:
+    """Four panes are one shape behind the frame, unless as many layers are asked for as these on top of it make."""
+    panes = [box(x, y, x + 26, y + 26) for x in (18, 52) for y in (8, 42)]
+    discs = (disc(20, 84, 7), RED), (disc(48, 84, 7), GREEN)
+    image = picture((box(14, 4, 82, 72), BLUE), *((pane, YELLOW) for pane in panes), *discs)
+    for asked, number in ((0, 4), (4, 4), (6, 4), (7, 7)):
+        layers = found_structure(image, np.ones(3), 99, asked=asked)
+        assert layers is not None and len(layers.ranked) == number
+
+
+def test_shapes_of_the_ground_s_color_that_touch_are_not_the_ground() -> None:
+    """A head upon a body on a plate: each touches two others, but one of them has its own colour."""
+    body = box(30, 40, 66, 80)
+    head = disc(48, 29, 10.6)
+    layers = found(picture((box(4, 4, 92, 92), BLUE), (body, WHITE), (head, WHITE)))
+    assert len(layers) == 3
