@@ -40,8 +40,8 @@ def background_for(text: str, image: NDArray[np.float32], start: ArrayLike | Non
     ----------
     text : str
         A colour; "none"; "auto", the most frequent colour of the picture's border; "train", white at first; "picture":
-        none if the picture has alpha; as "auto" if most of the border has that colour, or as the corners if all four have
-        another; else white.
+        none if the picture has alpha; as "auto" if most of the border has that colour, or as the corners if all four
+        have another; else white.
     image : (H, W, 3) or (H, W, 4) float32
         The picture, straight.
     start : (3,) array_like or None
