@@ -45,6 +45,11 @@ class Options:
         If a value is not one of those named or out of range; the message names the field.
     """
 
+    pixels_per_path: int = _option(
+        1200,
+        "Pixels for each path, at least those of 240 x 240, on which a picture placed by region is drawn before the last "
+        "steps, which use all; 0 for all from the beginning",
+    )
     iterations: int = _option(200, "Adam steps of each stage, at most")
     segments: int = _option(4, "Cubic segments of each path")
     max_segments: int = _option(
@@ -168,7 +173,7 @@ class Options:
             got = f"{name}: got {reprlib.repr(value)}, wanted"
             if hint is bool and not isinstance(value, bool):
                 raise ValueError(f"{got} True or False")
-            least = 0 if name in ("revisions", "colors") else 1
+            least = 0 if name in ("revisions", "colors", "pixels_per_path") else 1
             if hint is int and (isinstance(value, bool) or not isinstance(value, int) or value < least):
                 raise ValueError(f"{got} a whole number of at least {least}")
             if hint is float and not _is_amount(value):
@@ -286,6 +291,7 @@ def _is_amount(value: Any) -> bool:
 
 
 _PAPER: dict[str, Any] = {
+    "pixels_per_path": 0,
     "iterations": 500,
     "segments": 4,
     "max_segments": 4,

@@ -16,6 +16,7 @@ from livecl.options import PRESETS, Options
 # The paper's text, and what it leaves open as settled for this project. A new option has to say here what makes it what
 # the paper does, which says nothing of most of them.
 PAPER = {
+    "pixels_per_path": 0,
     "iterations": 500,
     "segments": 4,
     "loss": "udf",
@@ -121,7 +122,7 @@ def test_counts_are_whole_numbers(name: str, value: Any) -> None:
 @pytest.mark.parametrize("name", COUNTS)
 def test_counts_may_be_small(name: str) -> None:
     assert getattr(Options(**{name: 1}), name) == 1
-    if name in ("revisions", "colors"):
+    if name in ("revisions", "colors", "pixels_per_path"):
         assert getattr(Options(**{name: 0}), name) == 0
     else:
         with pytest.raises(ValueError, match=rf"^{name}: got 0, wanted a whole number of at least 1$"):

@@ -56,7 +56,10 @@ class Step:
 
     @property
     def drawing(self) -> Drawing:
-        """The drawing after the step; at the end of a stage, the one with which the run continues."""
+        """The drawing after the step; at the end of a stage, the one with which the run continues.
+
+        On the canvas that the step works on, which may be smaller than the picture: see `Options.pixels_per_path`.
+        """
         return self._run.state.drawing
 
     @property

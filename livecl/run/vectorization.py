@@ -19,6 +19,7 @@ from livecl.opencl.device import choose_device, list_devices
 from livecl.run.beginning import Beginning
 from livecl.run.callbacks import OnStep
 from livecl.run.checkpoint import Checkpoints, identity_of, load_checkpoint
+from livecl.run.coarse import coarsened, enlarged, refined
 from livecl.run.control import Control, Stopped, Watch
 from livecl.run.loop import Loop
 from livecl.run.preparation import Preparation
@@ -61,13 +62,13 @@ def vectorize_pixels(
     control = Control() if control is None else control
     with interruptible(Watch(control).check):  # starts the clock
         try:
-            progress = beginning.progress(image)
+            pixels, progress = coarsened(image, beginning, beginning.progress(image))
             if preparation is not None:
                 preparation.wait()
         except Stopped as stopped:  # before the placement is known: nothing to resume from
             if beginning.start is None:
                 return _nothing_of(image, beginning, device, (stopped.reason, begin))
-        run = Run(image, progress, device)
+        run = Run(pixels, progress, device)
         info = run.rasterizer.device.info
         identity = identity_of(progress, run.target, beginning.seed, info)
         record = Record()
@@ -92,11 +93,13 @@ def vectorize_pixels(
 
         try:
             loop.train()
-            return result_of(loop.stages(), loop.stopped)
+            result = result_of(loop.stages(), loop.stopped)
+            return result if pixels is image else refined(result, image, device)
         except (LiveclError, MemoryError) as error:
             message = str(error) or "out of memory"
             stages = loop.salvaged_stages()
-            raise RunError(message, result_of(stages, message) if stages else None) from error
+            size = (image.shape[0], image.shape[1])
+            raise RunError(message, enlarged(result_of(stages, message), size) if stages else None) from error
 
 
 def _nothing_of(

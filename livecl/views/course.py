@@ -80,7 +80,8 @@ class Course:
     def drawings(self, *, step: int = 1, result: Result | None = None) -> list[Drawing]:
         """Return each `step`-th drawing, and the last one: that of the result, if given.
 
-        All are at the working size, which may be smaller than the result's canvas.
+        With a result, all are on the canvas that its errors are measured on, which may be smaller than its own;
+        without, on that of the steps (`Options.pixels_per_path`).
 
         Raises
         ------
@@ -90,7 +91,8 @@ class Course:
         check_whole("step", step, 1)
         kept = [frame.drawing for frame in self._frames]
         if result is not None:
-            kept.append(scaled(result.drawing, kept[0].size) if kept else result.drawing)
+            size = result.working_size or result.drawing.size
+            kept = [scaled(drawing, size) for drawing in (*kept, result.drawing)]
         if not kept:
             raise ValueError("course: it is empty; pass it to livecl.vectorize as on_step")
         chosen = kept[::step]

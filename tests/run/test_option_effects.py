@@ -125,7 +125,11 @@ AS_TRAINED: dict[str, Any] = {"simplify": False, "primitives": False}
 FAST = Options(placement="region", iterations=2, revisions=0)
 ON_RIM = Options.paper(iterations=40, radius=10.0, learning_rate=1e-6, color_learning_rate=0.05)
 STILL = Options.paper(iterations=1, learning_rate=1e-6)
+LARGE = np.kron(SMALL, np.ones((15, 15, 1)))
 EFFECTS: dict[str, Effect] = {
+    "pixels_per_path": Effect(
+        FAST, {"pixels_per_path": 0}, lambda run: float(np.prod(run.steps[0].size)), 1, LARGE, (1,)
+    ),
     "iterations": Effect(QUICK, {"iterations": 60}, mse, -1),
     "segments": Effect(dataclasses.replace(QUICK, **AS_TRAINED), {"segments": 5}, most_segments, 1),
     "max_segments": Effect(

@@ -36,6 +36,9 @@ SPREAD, SPREAD_OF_NOISE, NEIGHBOR, ROUNDS = 4 / 255, 2.0, 0.7, 4
 #: of a flat picture with such residuals: 15 drawings as JPEG of quality 50 have at most 0.08, 6 of 8 shaded ones 0.19
 #: to 0.7.
 WINDOW, SHADE, MOST_SHADED = 7, 3.5 / 255, 0.13
+#: The same share with each pixel's nearest colour, before neighbours are asked, from which the picture is shaded: of
+#: 324 noisy and compressed drawings, flat ones have at most 0.21, photographs at least 0.28.
+SURELY_SHADED = 0.26
 #: Distance from an edge, px, within which ringing is measured: a block of JPEG has 8.
 BESIDE = 4
 #: Upper limit of the ringing: above it are colours of small shapes.
@@ -70,14 +73,19 @@ def noisy_cores(image: FloatArray, noise: float) -> tuple[IntArray, FloatArray, 
     palette = _palette(image, noise)
     if palette is None:
         return None
+    quiet = _range(image) <= RANGE + RANGE_OF_NOISE * noise
+    nearest = _nearest(image, palette)
+    if _shaded_share(image - palette[nearest], nearest, quiet) > SURELY_SHADED:
+        return None
+    interruption.check()
     nearest = _relaxed(image, palette, noise)
-    level, ringing = noise, _ringing(image, palette[nearest], nearest)
+    ringing = _ringing(image, palette[nearest], nearest)
     interruption.check()
     if ringing > noise:
         noise = ringing
         palette = _told_apart(palette, RADIUS + RADIUS_OF_NOISE * noise)
         nearest = _relaxed(image, palette, noise)
-    if _shaded(image - palette[nearest], nearest, quiet=_range(image) <= RANGE + RANGE_OF_NOISE * level):
+    if _shaded_share(image - palette[nearest], nearest, quiet) > MOST_SHADED:
         return None
     labels = np.zeros(image.shape[:2], np.int64)
     colors = [np.zeros(image.shape[2])]
@@ -91,8 +99,19 @@ def noisy_cores(image: FloatArray, noise: float) -> tuple[IntArray, FloatArray, 
     return labels, np.array(colors), noise
 
 
-def _shaded(left: FloatArray, nearest: IntArray, quiet: NDArray[np.bool_]) -> bool:
-    """Whether the residual of a one-colour-per-pixel model is shading, not noise: its local means are large."""
+def _nearest(image: FloatArray, palette: FloatArray) -> IntArray:
+    """Return the index of the nearest colour to each pixel."""
+    least, nearest = np.full(image.shape[:2], np.inf), np.zeros(image.shape[:2], np.int64)
+    for k, color in enumerate(palette):
+        interruption.check()
+        away = np.square(image - color).sum(axis=-1)
+        nearer = away < least
+        least[nearer], nearest[nearer] = away[nearer], k
+    return nearest
+
+
+def _shaded_share(left: FloatArray, nearest: IntArray, quiet: NDArray[np.bool_]) -> float:
+    """Return the share of quiet pixels whose residual is shading, not noise: its local mean is large."""
     sums, counts = np.zeros_like(left), np.ones(nearest.shape)
     for k in np.unique(nearest):
         interruption.check()
@@ -101,7 +120,7 @@ def _shaded(left: FloatArray, nearest: IntArray, quiet: NDArray[np.bool_]) -> bo
         sums += inside[..., None] * ndimage.uniform_filter(left * inside[..., None], window)
         counts += inside * (ndimage.uniform_filter(inside, WINDOW) - 1)
     means = np.abs(sums / np.maximum(counts, 1e-9)[..., None]).max(axis=-1)
-    return bool(quiet.any() and np.mean(means[quiet] > SHADE) > MOST_SHADED)
+    return float(np.mean(means[quiet] > SHADE)) if quiet.any() else 0.0
 
 
 def _ringing(image: FloatArray, shown: FloatArray, nearest: IntArray) -> float:
@@ -123,15 +142,15 @@ def _palette(image: FloatArray, noise: float) -> FloatArray | None:
     """Return the colours (K, C) that quiet pixels scatter around, the most frequent first; None if too many."""
     quiet = _range(image) <= RANGE + RANGE_OF_NOISE * noise
     means = np.asarray(ndimage.uniform_filter(image, (5, 5, 1)))[quiet]
+    rows = np.floor(means / BIN + 0.5).astype(np.int64)
+    sides = rows.max(axis=0, initial=0) + 1
+    bins = np.ravel_multi_index(tuple(rows.T), tuple(sides)) if len(rows) else np.zeros(0, np.int64)
     radius, least = RADIUS + RADIUS_OF_NOISE * noise, LEAST_COLOR * image.shape[0] * image.shape[1]
     colors: list[FloatArray] = []
     while len(means) >= least:
         interruption.check()
-        bins, first, counts = np.unique(
-            np.floor(means / BIN + 0.5).astype(np.int64), axis=0, return_index=True, return_counts=True
-        )
-        del first
-        center = bins[np.argmax(counts)] * BIN
+        found, counts = np.unique(bins, return_counts=True)
+        center = np.array(np.unravel_index(found[np.argmax(counts)], tuple(sides))) * BIN
         for _ in range(3):
             near = np.abs(means - center).max(axis=1) <= radius
             center = means[near].mean(axis=0) if near.any() else center
@@ -141,7 +160,7 @@ def _palette(image: FloatArray, noise: float) -> FloatArray | None:
         if len(colors) == MOST_COLORS:
             return None
         colors.append(center)
-        means = means[~near]
+        means, bins = means[~near], bins[~near]
     return np.array(colors) if colors else None
 
 
