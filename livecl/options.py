@@ -47,8 +47,8 @@ class Options:
 
     pixels_per_path: int = _option(
         1200,
-        "Pixels for each path, at least those of 240 x 240, on which a picture placed by region is drawn before the last "
-        "steps, which use all; 0 for all from the beginning",
+        "Pixels for each path, at least those of 240 x 240, on which a picture placed by region is drawn before the "
+        "last steps, which use all; 0 for all from the beginning",
     )
     iterations: int = _option(200, "Adam steps of each stage, at most")
     segments: int = _option(4, "Cubic segments of each path")
