@@ -74,7 +74,7 @@ def test_what_is_no_mask_is_refused_in_one_line(tmp_path: Path) -> None:
     refused(folder, "b.png")
     refused(save(tmp_path / "black.png", np.zeros((6, 8))), "holds no masks: all pixels are black or clear")
     noise = np.random.default_rng(0).integers(1, 255, (40, 40, 3))
-    refused(save(tmp_path / "noise.png", noise), f"wanted at most {MOST}, one a mask, without smooth edges")
+    refused(save(tmp_path / "noise.png", noise), f"wanted at most {MOST}, one per mask, without smooth edges")
     refused(tmp_path / "nowhere.png", "nowhere.png")
 
 
