@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.image.reading import premultiplied
 from livecl.options import Options
 from livecl.run.recipe import Recipe
@@ -21,8 +22,6 @@ LEFT, VISIBLE = 0.05, (2 / 255) ** 2
 #: A picture is smoothly shaded if this share of its blocks is: the share; side of a block, px; and, in levels of 255,
 #: the least range of a shaded block and its largest root mean square deviation from a plane.
 SMOOTH_SHARE, BLOCK, RANGE, MISS = 0.2, 16, 2.0, 0.75
-
-FloatArray = NDArray[np.float64]
 
 
 def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:

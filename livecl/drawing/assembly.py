@@ -8,16 +8,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from livecl.arrays import FloatArray
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
 from livecl.drawing.fills import MAX_COORDINATE, concatenate_fills
 from livecl.drawing.strokes import concatenate_strokes
 from livecl.errors import check_type
 
 __all__ = ["concatenate", "empty_drawing", "stretched"]
-
-FloatArray = NDArray[np.float64]
 
 
 def concatenate(below: Drawing, above: Drawing) -> Drawing:

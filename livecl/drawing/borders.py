@@ -10,14 +10,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import IntArray
 from livecl.drawing.fills import SOLID
 
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
 
-IntArray = NDArray[np.int64]
 
 #: Smallest opacity above 0 in 8 bits.
 LEAST_OPACITY = 0.5 / 255

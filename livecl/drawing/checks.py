@@ -9,17 +9,14 @@ from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray, Int32Array
 from livecl.errors import readable
 
 #: Largest canvas side accepted, px.
 MAX_SIDE = 32768
 #: Longest name kept, characters.
 MAX_NAME = 120
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int32]
 
 
 def checked_size(size: Any) -> tuple[int, int]:
@@ -74,7 +71,7 @@ def checked_groups(groups: Sequence[Sequence[str]], num_layers: int) -> tuple[tu
     return tuple(tuple(name for name in map(clean_name, path) if name) for path in groups)
 
 
-def checked_offsets(name: str, value: Any, count: int | None, end: int) -> IntArray:
+def checked_offsets(name: str, value: Any, count: int | None, end: int) -> Int32Array:
     """Return offsets that rise from 0 to `end`; of `count` items, where that is given."""
     array = checked_integers(name, value)
     if array.ndim != 1 or not len(array) or (count is not None and len(array) != count + 1):
@@ -86,7 +83,7 @@ def checked_offsets(name: str, value: Any, count: int | None, end: int) -> IntAr
     return array
 
 
-def checked_integers(name: str, value: Any) -> IntArray:
+def checked_integers(name: str, value: Any) -> Int32Array:
     """Return whole numbers as they are; a cast by itself would cut off fractions, and high bits."""
     array = checked_floats(name, value, None, float(np.iinfo(np.int32).min), float(np.iinfo(np.int32).max))
     if np.any(array != np.rint(array)):

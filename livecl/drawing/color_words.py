@@ -14,8 +14,9 @@ import re
 from importlib import resources
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from livecl.arrays import FloatArray
 from livecl.drawing.colors import oklab, parse_color
 
 #: Basic words, each with its synonyms among the last words of the survey's names.
@@ -59,8 +60,6 @@ DARK_LIGHT = {
 }
 #: Oklab chroma from which on a colour is too vivid to be called light, as pure green.
 VIVID = 0.2
-
-FloatArray = NDArray[np.float64]
 
 
 def color_names(rgb: ArrayLike) -> list[str]:

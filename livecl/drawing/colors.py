@@ -8,10 +8,11 @@ import math
 import reprlib
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from livecl.arrays import FloatArray
 
 Rgba = tuple[float, float, float, float]
-FloatArray = NDArray[np.float64]
 
 #: Longest text read as a colour, characters.
 MAX_TEXT = 200
@@ -66,7 +67,7 @@ def share(text: str, whole: float = 1.0) -> float:
     return _clip(value)
 
 
-def premultiplied_colors(rgba: NDArray[np.float64]) -> NDArray[np.float64]:
+def premultiplied_colors(rgba: FloatArray) -> FloatArray:
     """Convert straight RGBA to premultiplied RGBA: (..., 4)."""
     return np.concatenate([rgba[..., :3] * rgba[..., 3:], rgba[..., 3:]], axis=-1)
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.arrays import FloatArray, Int32Array
 from livecl.drawing import checks
 from livecl.drawing.colors import format_rgb
 from livecl.drawing.fills import MAX_COORDINATE, Fills, checked_fills
@@ -25,9 +26,6 @@ if TYPE_CHECKING:
 
 #: Expectations in messages on wrong arguments.
 WANTED_DRAWING = "a livecl.Drawing, as of livecl.read_svg"
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int32]
 
 
 @dataclasses.dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -77,9 +75,9 @@ class Drawing:
     colors: FloatArray
     size: tuple[int, int]
     background: FloatArray | None
-    subpath_offsets: IntArray
-    layer_offsets: IntArray
-    stages: IntArray
+    subpath_offsets: Int32Array
+    layer_offsets: Int32Array
+    stages: Int32Array
     names: tuple[str, ...]
     fills: Fills
     strokes: Strokes
@@ -193,17 +191,17 @@ class Drawing:
         return len(self.points)
 
     @functools.cached_property
-    def segment_offsets(self) -> IntArray:
+    def segment_offsets(self) -> Int32Array:
         """First segment of each layer, and M at the end: (N + 1,) int."""
         return self.subpath_offsets[self.layer_offsets]
 
     @functools.cached_property
-    def segment_layers(self) -> IntArray:
+    def segment_layers(self) -> Int32Array:
         """Layer of each segment: (M,) int."""
         return np.repeat(np.arange(self.num_layers, dtype=np.int32), np.diff(self.segment_offsets))
 
     @functools.cached_property
-    def next_segments(self) -> IntArray:
+    def next_segments(self) -> Int32Array:
         """Segment whose anchor ends each segment: (M,) int, a permutation."""
         following = np.arange(1, self.num_segments + 1, dtype=np.int32)
         following[self.subpath_offsets[1:] - 1] = self.subpath_offsets[:-1]
@@ -341,11 +339,11 @@ class Drawing:
         return format_svg(self)
 
 
-def _offsets(counts: IntArray) -> IntArray:
+def _offsets(counts: Int32Array) -> Int32Array:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
 
 
-def _ranges(offsets: IntArray, items: NDArray[Any]) -> NDArray[Any]:
+def _ranges(offsets: Int32Array, items: NDArray[Any]) -> NDArray[Any]:
     """Return the indices of all members of the given items, in their order."""
     parts = [np.arange(offsets[i], offsets[i + 1]) for i in items]
     return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.arrays import FloatArray, Int32Array
 from livecl.drawing.checks import checked_floats, checked_integers
 
 #: Kinds of fills.
@@ -21,9 +22,6 @@ KINDS = ("solid", "linear", "radial")
 MAX_COORDINATE = 1e6
 #: Decimals of a stop's offset in SVG.
 POSITION_DECIMALS = 4
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int32]
 
 
 @dataclasses.dataclass(frozen=True, eq=False, init=False)
@@ -58,9 +56,9 @@ class Fills:
         If shapes, offsets or numbers do not fit together; the message names the argument.
     """
 
-    kinds: IntArray
+    kinds: Int32Array
     geometry: FloatArray
-    stop_offsets: IntArray
+    stop_offsets: Int32Array
     stop_positions: FloatArray
     stop_colors: FloatArray
 
@@ -156,17 +154,17 @@ class Fills:
         return np.flatnonzero(self.kinds)
 
     @functools.cached_property
-    def stop_layers(self) -> IntArray:
+    def stop_layers(self) -> Int32Array:
         """Layer of each stop: (S,)."""
         return np.repeat(np.arange(len(self), dtype=np.int32), np.diff(self.stop_offsets))
 
     @functools.cached_property
-    def stop_ranks(self) -> IntArray:
+    def stop_ranks(self) -> Int32Array:
         """Number of each stop within its layer: (S,)."""
         return np.arange(len(self.stop_layers), dtype=np.int32) - self.stop_offsets[self.stop_layers]
 
     @functools.cached_property
-    def end_stops(self) -> tuple[IntArray, IntArray]:
+    def end_stops(self) -> tuple[Int32Array, Int32Array]:
         """First and last stop of each gradient: (K,) both."""
         return self.stop_offsets[self.gradient_layers], self.stop_offsets[self.gradient_layers + 1] - 1
 

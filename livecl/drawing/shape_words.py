@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.geometry import bezier
 from livecl.geometry.ellipses import ellipses_of
 from livecl.geometry.polylines import polygon_area
@@ -15,7 +15,6 @@ from livecl.geometry.polylines import polygon_area
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
 
-FloatArray = NDArray[np.float64]
 
 #: All words.
 SHAPE_WORDS = ("dot", "circle", "oval", "ring", "square", "rectangle", "bar", "frame", "triangle", "line", "shape")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.arrays import FloatArray, Int32Array
 from livecl.drawing.checks import checked_floats, checked_integers
 from livecl.geometry.strokes import CAPS, JOINS
 
@@ -20,9 +21,6 @@ MAX_WIDTH = 1e5
 DEFAULT_MITER_LIMIT = 4.0
 #: Largest miter limit accepted: it allows miters at corners down to a hundredth of a degree.
 MAX_MITER = 1e4
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int32]
 
 
 @dataclasses.dataclass(frozen=True, eq=False, init=False)
@@ -51,8 +49,8 @@ class Strokes:
     """
 
     widths: FloatArray
-    caps: IntArray
-    joins: IntArray
+    caps: Int32Array
+    joins: Int32Array
     miter_limits: FloatArray
     is_open: NDArray[np.bool_]
 
@@ -147,7 +145,7 @@ def concatenate_strokes(parts: Sequence[Strokes]) -> Strokes:
     return Strokes(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
-def checked_strokes(strokes: Strokes | None, layer_offsets: IntArray, subpath_offsets: IntArray) -> Strokes:
+def checked_strokes(strokes: Strokes | None, layer_offsets: Int32Array, subpath_offsets: Int32Array) -> Strokes:
     """Return strokes that fit the given offsets; None and strokes without a width fit any."""
     num_layers, num_subpaths = len(layer_offsets) - 1, int(layer_offsets[-1])
     if strokes is None:

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from livecl.arrays import FloatArray, IntArray
 
 
 @dataclasses.dataclass(eq=False)

@@ -8,8 +8,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from livecl.arrays import FloatArray, IntArray
 
 #: Distance, px, from the preceding vertex below which a vertex has no direction of its own.
 MIN_LENGTH = 1e-6

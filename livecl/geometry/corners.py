@@ -14,8 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from livecl.arrays import FloatArray, IntArray
+
 ComplexArray = NDArray[np.complex128]
 
 #: Arms, in order of preference: the first point after the corner, the number of points, and the degree of the

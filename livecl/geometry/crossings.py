@@ -10,9 +10,10 @@ the area, measured exactly on the flattened outline, tells crossings from contac
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from livecl import interruption
+from livecl.arrays import FloatArray, IntArray
 from livecl.geometry import bezier
 
 #: Flattening tolerance, px.
@@ -24,9 +25,6 @@ CROSSING_AREA = 1e-3
 _BLOCK = 1 << 20
 #: Extension of lines beyond their ends when they are intersected, as a share of their length: more than rounding loses.
 _SLACK = 1e-9
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def crossing_area(cubics: ArrayLike, tolerance: float = FLATTENING) -> float:

@@ -6,9 +6,8 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from livecl.arrays import FloatArray
 
 #: Length of the handles of a quarter of an ellipse as a share of its half axes: the cubic that meets the quarter circle
 #: in its middle, 4 (sqrt 2 - 1) / 3, is off by at most 2.7e-4 of the radius.

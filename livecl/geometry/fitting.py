@@ -12,10 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.geometry.bezier import bernstein
 from livecl.geometry.polylines import evenly
-
-FloatArray = NDArray[np.float64]
 
 #: Candidate places of anchors on the polyline: largest and least number (more if more segments are requested), and
 #: distance, px.

@@ -21,11 +21,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import BoolArray, FloatArray
 from livecl.geometry.bezier import bernstein
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
 
 #: Number of samples of a segment between its ends, and their places, ends included, as shares of its length.

@@ -9,11 +9,9 @@ and circular arcs. Segments that the offset reverses, as arcs of a smaller radiu
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.geometry.bezier import cross, meeting_point, signed_area
-
-FloatArray = NDArray[np.float64]
 
 #: Area, px^2, below which an outline is empty.
 SMALL = 1e-6

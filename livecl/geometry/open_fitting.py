@@ -12,13 +12,11 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.geometry.bezier import bernstein, cross
 from livecl.geometry.polylines import lengths_along, points_at
-
-FloatArray = NDArray[np.float64]
 
 #: Least turn of a corner within its reach, radians; set on the line drawings of docs/strokes.md.
 MIN_TURN = 0.75

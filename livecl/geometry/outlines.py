@@ -6,9 +6,10 @@ from __future__ import annotations
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from livecl.arrays import FloatArray
+
 #: Closed subpaths (s, 3, 2) of a layer, px: rows as in `Drawing.points`.
 Outline: TypeAlias = list[FloatArray]
 

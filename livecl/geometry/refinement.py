@@ -18,12 +18,10 @@ from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
 from livecl import interruption
+from livecl.arrays import FloatArray, IntArray
 from livecl.geometry.bezier import bernstein, derivative
 from livecl.geometry.polylines import unit
 from livecl.geometry.simplest import Draft, MeasuredOutline
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Number of steps; damping (Levenberg), beside a weight of 1 for each px of the outline, and its factor after a step
 #: that did not lower the error; shortest handle, as a share of the distance between the anchors, and longest, as one of

@@ -12,12 +12,9 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import BoolArray, FloatArray
 from livecl.geometry.corners import CorneredOutline
 from livecl.geometry.least_path import SHARES, SegmentPrices, Segments, cheapest_way
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: Candidate nodes: largest spacing along the outline, px, and turning, radians; least spacing, px; maximum number
 #: between two corners.

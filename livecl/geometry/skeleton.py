@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.geometry.branches import Branch, branches_of
-
-FloatArray = NDArray[np.float64]
 
 #: Largest cosine between the directions of two branches, both pointing away from a junction, that form one line: 140
 #: degrees.

@@ -33,12 +33,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.arrays import FloatArray, IntArray
 from livecl.geometry.center_lines import CenterLines
 
 __all__ = ["BEVEL", "BUTT", "CAPS", "JOINS", "MITER", "ROUND", "SQUARE", "Pens", "StrokeOutlines", "outline_strokes"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Caps, by index; ROUND is that of joins too.
 BUTT, ROUND, SQUARE = 0, 1, 2

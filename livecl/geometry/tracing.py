@@ -6,8 +6,8 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.geometry.bezier import signed_area
 from livecl.geometry.corners import CorneredOutline, find_corners
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area, polygon_crossing_area
@@ -16,8 +16,6 @@ from livecl.geometry.least_path import SegmentPrices
 from livecl.geometry.refinement import STEPS, refined
 from livecl.geometry.simplest import Draft, MeasuredOutline, simplest_path, without_anchors
 from livecl.geometry.untangle import untangle
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -11,11 +11,9 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.geometry.bezier import bernstein, subsegment
-
-FloatArray = NDArray[np.float64]
 
 #: Shortest piece of a segment that is cut off, in its parameter.
 SHORTEST = 1e-6

@@ -11,14 +11,11 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray, IntArray
 from livecl.geometry.bezier import bernstein, cross, derivative, evaluate, flatten, signed_area, subsegment
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area, following, line_meetings
 from livecl.geometry.polylines import lengths_along
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Flattening tolerance for the search of crossings, px.
 TOLERANCE = 0.02

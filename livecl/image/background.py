@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.colors import parse_color
 from livecl.image.reading import over_background, premultiplied
 
@@ -19,7 +20,6 @@ GROUND_SHARE, SAME_COLOR = 0.75, 8 / 255
 #: Least value of all channels of a ground that counts as white.
 WHITE_FROM = 253 / 255
 
-FloatArray = NDArray[np.float64]
 Rgb = tuple[float, float, float]
 
 

@@ -8,8 +8,8 @@ import warnings
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import Float32Array
 from livecl.errors import ImageError, readable
 from livecl.image.source import MAX_PIXELS, TOO_LARGE
 from livecl.image.srgb import in_srgb, other_profile, without_gamma
@@ -26,10 +26,8 @@ _STACKS = ("GIF", "PNG", "WEBP", "TIFF", "AVIF")
 #: EXIF and TIFF tag of the orientation, 1 to 8.
 _ORIENTATION = 0x0112
 
-FloatArray = NDArray[np.float32]
 
-
-def decoded(name: str, data: bytes, image: Image | None) -> tuple[FloatArray, FloatArray | None, int]:
+def decoded(name: str, data: bytes, image: Image | None) -> tuple[Float32Array, Float32Array | None, int]:
     """Decode a picture.
 
     Parameters
@@ -93,12 +91,12 @@ def _orientation(name: str, image: Image) -> int:
     return orientation
 
 
-def _flat(image: Image) -> tuple[Image, FloatArray | None]:
+def _flat(image: Image) -> tuple[Image, Float32Array | None]:
     """Return an 8-bit picture as Pillow's L, RGB or CMYK, and its alpha (H, W, 1) separately."""
     image.load()
     if image.width * image.height > MAX_PIXELS:  # an icon's picture may be larger than its header says
         raise ImageError(TOO_LARGE)
-    alpha: FloatArray | None = None
+    alpha: Float32Array | None = None
     grey = image.mode in ("1", "L", "LA", "La")
     if "transparency" in image.info or image.mode in ("LA", "La", "PA", "RGBA", "RGBa"):
         image = (image.convert("LA") if image.mode == "La" else image).convert("RGBA")
@@ -113,7 +111,7 @@ def _is_deep_png(image: Image) -> bool:
     return image.format == "PNG" and bool(tiles) and tiles[0][3] in _DEEP_PNG
 
 
-def _deep_png(data: bytes, image: ImageFile) -> tuple[FloatArray, FloatArray | None]:
+def _deep_png(data: bytes, image: ImageFile) -> tuple[Float32Array, Float32Array | None]:
     """Decode a 16-bit colour or grey-and-alpha PNG, which Pillow reduces to 8 bits, from high and low bytes.
 
     PNG's numbers are big-endian; read as little-endian, Pillow keeps their low bytes. Grey and alpha are four bytes per
@@ -139,7 +137,7 @@ def _deep_png(data: bytes, image: ImageFile) -> tuple[FloatArray, FloatArray | N
     return unit_floats(pixels[..., :num_colors]), alpha
 
 
-def _deep_grey(image: Image) -> tuple[FloatArray, FloatArray | None]:
+def _deep_grey(image: Image) -> tuple[Float32Array, Float32Array | None]:
     """Return a grey picture of more than 8 bits, and its alpha if one grey level is transparent."""
     pixels = np.asarray(image)[..., None]
     if image.mode == "F":
@@ -151,5 +149,5 @@ def _deep_grey(image: Image) -> tuple[FloatArray, FloatArray | None]:
     if image.format == "TIFF":
         tags = image.tag_v2  # type: ignore[attr-defined]  # of Pillow's TIFF pictures
         bits, white_is_zero = tags[258][0], tags.get(262) == 0
-    grey: FloatArray = (pixels / (2.0**bits - 1)).astype(np.float32)
+    grey: Float32Array = (pixels / (2.0**bits - 1)).astype(np.float32)
     return (np.subtract(1, grey) if white_is_zero else grey), alpha

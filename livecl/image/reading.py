@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.arrays import Float32Array
 from livecl.errors import ImageError
 from livecl.files import write_atomically
 from livecl.image.decoding import decoded
@@ -21,12 +22,11 @@ if TYPE_CHECKING:
 #: Largest overshoot of a float picture beyond [0, 1] that is clipped (filters ring); more is refused as a wrong scale.
 OVERSHOOT = 0.01
 
-FloatArray = NDArray[np.float32]
 #: Types accepted as a picture.
 Picture: TypeAlias = "ArrayLike | str | os.PathLike[str] | bytes | BinaryIO | Image"
 
 
-def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
+def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> Float32Array:
     """Read a picture as straight colours.
 
     The EXIF orientation, a palette and its transparency, colour profiles other than sRGB (at 8 bits), and a PNG's gamma
@@ -54,7 +54,7 @@ def read_image(source: str | os.PathLike[str] | bytes | BinaryIO) -> FloatArray:
     return _straight(name, data, opened(name, data))
 
 
-def as_image(source: Picture) -> FloatArray:
+def as_image(source: Picture) -> Float32Array:
     """Convert any kind of picture to straight colours.
 
     Parameters
@@ -101,11 +101,11 @@ def as_image(source: Picture) -> FloatArray:
     return _without_needless_alpha(array.astype(np.float32))
 
 
-def _without_needless_alpha(pixels: FloatArray) -> FloatArray:
+def _without_needless_alpha(pixels: Float32Array) -> Float32Array:
     return pixels[..., :3] if pixels.shape[2] == 4 and pixels[..., 3].min() >= 1 else pixels
 
 
-def premultiplied(image: ArrayLike) -> FloatArray:
+def premultiplied(image: ArrayLike) -> Float32Array:
     """Return straight RGB or RGBA (H, W, 3 or 4) as premultiplied RGBA: (H, W, 4) float32; without alpha it is 1.
 
     Examples
@@ -118,7 +118,7 @@ def premultiplied(image: ArrayLike) -> FloatArray:
     return np.concatenate([alpha * pixels[..., :3], alpha], axis=2)
 
 
-def _straight(name: str, data: bytes, image: Image | None) -> FloatArray:
+def _straight(name: str, data: bytes, image: Image | None) -> Float32Array:
     """Decode a picture and turn it the right way up; see :func:`read_image`."""
     try:
         color, alpha, orientation = decoded(name, data, image)
@@ -143,7 +143,7 @@ def _straight(name: str, data: bytes, image: Image | None) -> FloatArray:
     return np.ascontiguousarray(_turned(pixels, orientation))
 
 
-def over_background(image: ArrayLike, background: ArrayLike) -> FloatArray:
+def over_background(image: ArrayLike, background: ArrayLike) -> Float32Array:
     """Composite a picture over a colour.
 
     Parameters
@@ -172,7 +172,7 @@ def over_background(image: ArrayLike, background: ArrayLike) -> FloatArray:
     return over_ground(premultiplied(pixels), ground)
 
 
-def over_ground(image: NDArray[Any], ground: NDArray[Any]) -> FloatArray:
+def over_ground(image: NDArray[Any], ground: NDArray[Any]) -> Float32Array:
     """Composite a picture over an opaque one: premultiplied RGBA gives p + (1 - a) g, RGB itself; (H, W, 3) float32."""
     composite = image if image.shape[2] == 3 else image[..., :3] + (1 - image[..., 3:]) * ground
     return np.asarray(composite, dtype=np.float32)
@@ -205,7 +205,7 @@ def save_image(path: str | os.PathLike[str], image: ArrayLike) -> None:
     write_atomically(path, stream.getvalue())
 
 
-def _checked(image: ArrayLike) -> FloatArray:
+def _checked(image: ArrayLike) -> Float32Array:
     pixels = np.asarray(image, dtype=np.float32)
     if pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or not pixels.size:
         raise ValueError(f"image: shape {pixels.shape}, wanted (H, W, 3) or (H, W, 4)")

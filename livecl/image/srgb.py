@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from livecl.arrays import Float32Array
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -20,10 +21,8 @@ _GAMMA, _NEGLIGIBLE = 2.2, 0.05
 #: Least and largest credible gamma.
 _GAMMAS = (0.1, 10.0)
 
-FloatArray = NDArray[np.float32]
 
-
-def in_srgb(name: str, image: Image, info: Mapping[Any, Any]) -> FloatArray:
+def in_srgb(name: str, image: Image, info: Mapping[Any, Any]) -> Float32Array:
     """Convert an 8-bit L, RGB, CMYK or LAB picture to sRGB, by its colour profile if it has one.
 
     Parameters
@@ -69,7 +68,7 @@ def other_profile(info: Mapping[Any, Any]) -> bytes | None:
     return profile
 
 
-def without_gamma(color: FloatArray, info: Mapping[Any, Any]) -> FloatArray:
+def without_gamma(color: Float32Array, info: Mapping[Any, Any]) -> Float32Array:
     """Convert colours to sRGB if a PNG states a gamma, but neither sRGB nor a profile, which take precedence.
 
     The file's numbers are light to the power of gamma; those of sRGB, in PNG's terms, light to the power of 1/2.2.
@@ -83,7 +82,7 @@ def without_gamma(color: FloatArray, info: Mapping[Any, Any]) -> FloatArray:
     return np.power(color, np.float32(exponent), dtype=np.float32)
 
 
-def _shares(image: Image) -> FloatArray:
-    rgb: FloatArray = np.array(image.convert("RGB"), dtype=np.float32)
+def _shares(image: Image) -> Float32Array:
+    rgb: Float32Array = np.array(image.convert("RGB"), dtype=np.float32)
     rgb /= np.float32(255)
     return rgb

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import Float32Array
 from livecl.errors import ImageError
 from livecl.image.source import MAX_PIXELS, TOO_LARGE
 
@@ -25,8 +26,6 @@ _MAX_SAMPLES = 8
 #: Any strip or tile may be inflated to this number of bytes; larger ones to the size of the whole picture.
 _MAX_INFLATED = 16_000_000
 
-FloatArray = NDArray[np.float32]
-
 
 def is_deep_tiff(image: Image) -> bool:
     """Whether a picture is a grey or RGB TIFF of more than 8 bits that imageio decodes without further packages.
@@ -40,7 +39,7 @@ def is_deep_tiff(image: Image) -> bool:
     return deep and tags.get(259, 1) in _COMPRESSIONS
 
 
-def decode_deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
+def decode_deep_tiff(data: bytes) -> tuple[Float32Array, Float32Array | None, int]:
     """Decode a TIFF's first picture.
 
     Returns
@@ -77,8 +76,8 @@ def decode_deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
     if not num_colors or pixels.ndim != 3 or pixels.shape[2] < num_colors or pixels.dtype.kind not in "buf":
         raise ImageError("a TIFF of neither grey nor RGB in unsigned or float numbers; save it as such, or as PNG")
     numbers = unit_floats(pixels)
-    color: FloatArray = numbers[..., :num_colors]
-    alpha: FloatArray | None = None
+    color: Float32Array = numbers[..., :num_colors]
+    alpha: Float32Array | None = None
     if photometric == 0 and pixels.dtype.kind != "f":
         color = np.float32(1) - color
     extra = np.atleast_1d(tags.get("ExtraSamples", ()))
@@ -91,11 +90,11 @@ def decode_deep_tiff(data: bytes) -> tuple[FloatArray, FloatArray | None, int]:
     return color, alpha, int(tags.get("Orientation", 1))
 
 
-def unit_floats(pixels: NDArray[Any]) -> FloatArray:
+def unit_floats(pixels: NDArray[Any]) -> Float32Array:
     """Scale unsigned numbers by the largest of their type; return floats unchanged."""
     largest = float(np.iinfo(pixels.dtype).max) if pixels.dtype.kind == "u" else 1.0
     with np.errstate(over="ignore"):  # doubles beyond float32 become infinite, which read_image refuses
-        shares: FloatArray = (pixels / largest).astype(np.float32)
+        shares: Float32Array = (pixels / largest).astype(np.float32)
     return shares
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linear_sum_assignment
 
+from livecl.arrays import FloatArray
 from livecl.geometry import bezier
 
 #: Number of chords for measuring a segment's length.
@@ -23,7 +24,6 @@ CHORDS = 32
 #: Squared distance of subpaths that must not be matched, px^2: larger than any on a canvas.
 _NEVER = 1e15
 
-FloatArray = NDArray[np.float64]
 #: Closed subpaths of a layer, each (m, 4, 2) px: all four control points of its segments.
 CubicPaths: TypeAlias = list[FloatArray]
 

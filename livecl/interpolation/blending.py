@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple, get_args, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from livecl.arrays import FloatArray
 from livecl.drawing.assembly import stretched
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import WANTED_DRAWING, Drawing
@@ -27,8 +28,6 @@ Lone = Literal["fade", "grow"]
 
 #: Initial width of a stroke that grows, px.
 THIN = 1e-3
-
-FloatArray = NDArray[np.float64]
 
 
 class _Layer(NamedTuple):

@@ -6,14 +6,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.fills import LINEAR, MAX_COORDINATE, RADIAL, SOLID, Fills
 
 #: Half axis, px, across its direction, of the radial gradient that represents a linear one. At y px from the middle
 #: line and x px from the centre, its lines of equal colour are off by less than (r y / FAR)^2 / 2x, with r the other
 #: half axis: 0.06 px for r and y of 1500 and 1000, and x of 500.
 FAR = 2e5
-
-FloatArray = NDArray[np.float64]
 
 
 def paired_fills(

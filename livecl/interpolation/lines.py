@@ -10,14 +10,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from livecl.arrays import FloatArray
 from livecl.geometry import bezier
 from livecl.geometry.polylines import points_at
 from livecl.interpolation.alignment import CHORDS, best_shift, center, chords, subdivide
-
-FloatArray = NDArray[np.float64]
 
 #: Number of steps of equal length at which two lines are compared, and a closed one may be cut.
 STEPS = 16

@@ -12,6 +12,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from livecl.arrays import FloatArray
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
 
@@ -22,8 +23,6 @@ MAX_DIFFERENCE = 0.4
 COLOR_WEIGHT = 0.5
 #: Layers of the first and of the second drawing; None if a layer has no match.
 Pair = tuple[int | None, int | None]
-
-FloatArray = NDArray[np.float64]
 
 
 def match_layers(a: Drawing, b: Drawing, match: Match = "order") -> list[Pair]:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 #: Share of a pixel's final colour above which the pixel is visible in a layer.
 VISIBLE_SHARE = 0.5
 
-FloatArray = NDArray[np.float64]
 ShareArray = NDArray[np.float32]
 Window = tuple[slice, slice]
 

@@ -7,14 +7,11 @@ import dataclasses
 import functools
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray
 from livecl.layering.stack import window_of
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 #: Largest range of colour in 3 x 3 pixels that counts as flat; largest second difference of colour on a ramp (two
 #: values rounded to 8 bits, and the middle one twice).

@@ -12,12 +12,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livecl import interruption
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from livecl.arrays import FloatArray, IntArray
 
 #: Price of the first pass, squared error, and its factor from pass to pass: cheap merges come first, so that expensive
 #: ones compare the colours of whole regions.

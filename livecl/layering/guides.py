@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl.arrays import FloatArray
 from livecl.drawing.assembly import empty_drawing
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.corners import noise_of
 from livecl.geometry.polylines import evenly, polygon_area
 from livecl.geometry.tracing import traced_path
-
-FloatArray = NDArray[np.float64]
 
 #: Coverage from which a pixel is inside a mask, and from which it is clear of the mask's anti-aliased edge.
 INSIDE, CLEAR = 0.5, 0.95

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from livecl.arrays import Int32Array
 from livecl.drawing.drawing import Drawing
 from livecl.layering.contributions import VISIBLE_SHARE, ShareArray
 
@@ -17,10 +18,8 @@ SAME_COLOR = 0.05
 #: lie between.
 NEIGHBOR_DISTANCE = 2
 
-IntArray = NDArray[np.int32]
 
-
-def flat_labels(target: ArrayLike, difference: float = FLAT_DIFFERENCE) -> IntArray:
+def flat_labels(target: ArrayLike, difference: float = FLAT_DIFFERENCE) -> Int32Array:
     """Label the flat regions of a picture: (H, W), numbered from 0.
 
     Two of the four neighbours are in one region if they differ by at most `difference` in every channel; regions are
@@ -42,11 +41,11 @@ def flat_labels(target: ArrayLike, difference: float = FLAT_DIFFERENCE) -> IntAr
     ]
     first, second = (np.concatenate(ends) for ends in zip(*joined, strict=True))
     edges = coo_array((np.ones(len(first), bool), (first, second)), shape=(index.size, index.size))
-    regions: IntArray = connected_components(edges, directed=False)[1].reshape(index.shape)
+    regions: Int32Array = connected_components(edges, directed=False)[1].reshape(index.shape)
     return regions
 
 
-def mergeable_pairs(drawing: Drawing, shares: ShareArray) -> IntArray:
+def mergeable_pairs(drawing: Drawing, shares: ShareArray) -> Int32Array:
     """Return the pairs of neighbouring layers of the same colour: (K, 2), the lower layer first.
 
     Colours are the same if RGB and opacity differ by at most 0.05 each. Layers are neighbours if visible pixels of the
@@ -63,5 +62,5 @@ def mergeable_pairs(drawing: Drawing, shares: ShareArray) -> IntArray:
             pairs.append(np.stack([first[differ], second[differ]], axis=1))
     neighbors = np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0)
     difference = np.abs(drawing.colors[neighbors[:, 0]] - drawing.colors[neighbors[:, 1]])
-    same: IntArray = neighbors[difference.max(axis=1, initial=0.0) <= SAME_COLOR + 1e-9]
+    same: Int32Array = neighbors[difference.max(axis=1, initial=0.0) <= SAME_COLOR + 1e-9]
     return same

@@ -29,8 +29,6 @@ from livecl.options import Options
 if TYPE_CHECKING:
     from livecl.layering.strokes.line_work import LineWork
 
-FloatArray = NDArray[np.float64]
-
 
 @dataclasses.dataclass(frozen=True)
 class Placement:

@@ -15,12 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray
 from livecl.image.errors import visible_error
 from livecl.layering.growing import grown
 from livecl.layering.neighbors import SAME_COLOR
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

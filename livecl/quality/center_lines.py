@@ -6,13 +6,11 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from livecl.arrays import FloatArray
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import evaluate
-
-FloatArray = NDArray[np.float64]
 
 #: Samples per px of the sides of a segment's control polygon.
 DENSITY = 2

@@ -7,8 +7,9 @@ import dataclasses
 import itertools
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from livecl.arrays import BoolArray, FloatArray, Int32Array
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area
 from livecl.layering.contributions import (
@@ -27,10 +28,6 @@ from livecl.rendering.rasterizer import Rasterizer
 ONE_REGION_SHARE = 0.85
 #: A layer is needless if the mean squared error rises by less without it.
 NEEDLESS_CHANGE = 1e-6
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int32]
-BoolArray = NDArray[np.bool_]
 
 
 def num_parameters(drawing: Drawing) -> int:
@@ -95,7 +92,7 @@ def measure_layers(drawing: Drawing, target: ArrayLike, rasterizer: Rasterizer |
     )
 
 
-def region_shares(shares: ShareArray, regions: IntArray) -> FloatArray:
+def region_shares(shares: ShareArray, regions: Int32Array) -> FloatArray:
     """Return the largest share of each layer's visible pixels in one region: (N,); 0 if none is visible."""
     found = np.zeros(len(shares))
     for layer, share in enumerate(shares):
@@ -105,7 +102,7 @@ def region_shares(shares: ShareArray, regions: IntArray) -> FloatArray:
     return found
 
 
-def num_mergeable(num_layers: int, pairs: IntArray) -> int:
+def num_mergeable(num_layers: int, pairs: Int32Array) -> int:
     """Return the number of layers saved if each group connected by `pairs` (K, 2) were one layer."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -122,7 +119,7 @@ def nearly_opaque(drawing: Drawing) -> BoolArray:
     return (opacity > OPAQUE_FROM) & (opacity < 1)
 
 
-def self_crossing(drawing: Drawing, area: float = CROSSING_AREA) -> NDArray[np.bool_]:
+def self_crossing(drawing: Drawing, area: float = CROSSING_AREA) -> BoolArray:
     """Return which layers have a subpath that crosses itself: (N,) bool.
 
     Parameters

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import BoolArray, FloatArray
 from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.editing.shapes import shape_within
@@ -21,9 +22,6 @@ from livecl.geometry.polylines import lengths_along, points_at, unit
 from livecl.quality.things import FOUND, INSIDE, MISSED, Things, match_things, things_of_drawing
 from livecl.rendering.rasterizer import Rasterizer
 from livecl.svg.primitives import primitive_of
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 #: Largest turn of a smooth join, least turn of a corner, and least turn of a curve that counts as a corner, degrees.
 SMOOTH, CORNER, TIGHT = 2.0, 20.0, 90.0

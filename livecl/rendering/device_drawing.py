@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.arrays import Int32Array
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import pieces_for
@@ -16,7 +17,7 @@ from livecl.opencl.launcher import Launcher
 from livecl.rendering.fills import pack_fills
 from livecl.rendering.layout import HEAD, pack_tables
 from livecl.rendering.stacks import Stack
-from livecl.rendering.tiling import Grid, IntArray, Spans, plan_spans
+from livecl.rendering.tiling import Grid, Spans, plan_spans
 
 #: Margin of boxes around the outline, px, so that rounding and edges exactly on a tile's border stay inside.
 MARGIN = 0.125
@@ -40,7 +41,7 @@ class _Outlines:
 
     reach: float
     pieces: Any = None
-    line_counts: IntArray | None = None  # (M,)
+    line_counts: Int32Array | None = None  # (M,)
     drawing: Drawing | None = None  # whose lines are on the device
     placed: Placed | None = None
     limits: NDArray[np.float64] | None = None  # (N, 4), times `_OUTWARDS`

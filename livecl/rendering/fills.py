@@ -9,10 +9,9 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.fills import LINEAR, RADIAL, Fills
 from livecl.geometry.bezier import cross
-
-FloatArray = NDArray[np.float64]
 
 #: Sizes in reals as in kernels/fill.h: geometry and stop of a record; a layer and a stop in `params`.
 D_GEOMETRY, D_STOP = 6, 5

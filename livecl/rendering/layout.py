@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import Int32Array
 from livecl.drawing.drawing import Drawing
 from livecl.rendering.fills import record_reals
-from livecl.rendering.tiling import TILE, Grid, IntArray, Spans
+from livecl.rendering.tiling import TILE, Grid, Spans
 
 #: Sizes in numbers: of the head of `params`, and of a drawing's part there and in `result`; of a colour; of a segment's
 #: points; of its cubic.
@@ -20,7 +21,7 @@ HEAD, COLOR, POINTS, CUBIC = 4, 4, 6, 8
 LINE = 4
 
 
-def pack_tables(drawing: Drawing, line_counts: IntArray, spans: Spans) -> IntArray:
+def pack_tables(drawing: Drawing, line_counts: Int32Array, spans: Spans) -> Int32Array:
     """Pack the tables of spans, segments and lines into one array: `Tables` of common.h.
 
     `line_counts` (M,) are the numbers of lines of the segments.

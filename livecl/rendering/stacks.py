@@ -10,13 +10,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import Int32Array
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import concatenate_fills
 from livecl.drawing.strokes import concatenate_strokes
 from livecl.rendering.fills import FillGradients
 from livecl.rendering.gradients import Gradients
-
-IntArray = NDArray[np.int32]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -24,7 +23,7 @@ class Stack:
     """Several drawings of one size, all with a background or all without."""
 
     drawing: Drawing  # the layers of all drawings in their own coordinates, one drawing after the other
-    layer_offsets: IntArray  # (D + 1,), first layer of each drawing, and N at the end
+    layer_offsets: Int32Array  # (D + 1,), first layer of each drawing, and N at the end
     backgrounds: NDArray[np.float64]  # (D, 3), their backgrounds; empty if they have none
     stroked: NDArray[np.bool_]  # (D,), which of them have strokes
 
@@ -52,7 +51,7 @@ class Stack:
         return len(self.stroked)
 
     @functools.cached_property
-    def layer_drawings(self) -> IntArray:
+    def layer_drawings(self) -> Int32Array:
         """Drawing of each layer: (N,) int32."""
         return np.repeat(np.arange(self.count, dtype=np.int32), np.diff(self.layer_offsets))
 
@@ -81,7 +80,7 @@ class Stack:
         return found
 
 
-def _stacked_offsets(offsets: Sequence[IntArray]) -> IntArray:
+def _stacked_offsets(offsets: Sequence[Int32Array]) -> Int32Array:
     """Return offsets into the concatenated members of several drawings."""
     begins = np.cumsum([0, *(part[-1] for part in offsets)])
     return np.concatenate([[0], *(begin + part[1:] for begin, part in zip(begins, offsets, strict=False))])

@@ -14,13 +14,11 @@ import dataclasses
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.arrays import FloatArray, IntArray
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import bernstein, pieces_for
 from livecl.geometry.strokes import Pens, StrokeOutlines, outline_strokes
 from livecl.rendering.gradients import Gradients
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclasses.dataclass(frozen=True)

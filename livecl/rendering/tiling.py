@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import Int32Array
+
 #: Columns of a tile; the same as in kernels/common.h.
 TILE = 8
-
-IntArray = NDArray[np.int32]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Grid:
         images = np.ascontiguousarray(rows[:, : self.height, : self.width])
         return images if self.count > 1 else images[0]
 
-    def boxes(self, bounds: NDArray[np.float64], margin: float) -> IntArray:
+    def boxes(self, bounds: NDArray[np.float64], margin: float) -> Int32Array:
         """Return the tiles within `margin` px of bounds (x_min, y_min, x_max, y_max), (N, 4) px, on one canvas.
 
         Returns
@@ -82,7 +82,7 @@ class Grid:
         last = np.clip(np.floor((bounds[:, 2:] + margin) / tile_size) + 1, first, ends)
         return np.concatenate([first, last], axis=1).astype(np.int32)
 
-    def limits(self, boxes: IntArray, margin: float) -> NDArray[np.float64]:
+    def limits(self, boxes: Int32Array, margin: float) -> NDArray[np.float64]:
         """Return the largest bounds for which all tiles within `margin` px of them lie in `boxes`: (N, 4), px."""
         tile_size, ends = np.array([TILE, self.lanes]), np.array([self.num_tiles, self.period])
         low = np.where(boxes[:, :2] > 0, boxes[:, :2] * tile_size + margin, -np.inf)
@@ -95,13 +95,13 @@ class Spans:
     """The spans of all layers, sorted by strip and then by layer, with tables for kernels to find them."""
 
     #: (K, 4): layer, strip, first tile | past-the-last tile << 16, index of the strip's tile 0 in the per-tile buffers.
-    spans: IntArray
-    strip_offsets: IntArray  # (num_strips + 1,), first span of each strip
-    layer_strips: IntArray  # (N, 2), index into `layer_spans` of strip 0, first strip | past-the-last strip << 16
-    layer_spans: IntArray  # (K,), numbers of the spans, by layer and then by strip
+    spans: Int32Array
+    strip_offsets: Int32Array  # (num_strips + 1,), first span of each strip
+    layer_strips: Int32Array  # (N, 2), index into `layer_spans` of strip 0, first strip | past-the-last strip << 16
+    layer_spans: Int32Array  # (K,), numbers of the spans, by layer and then by strip
     #: (B, 4): first span, past-the-last span, first strip, past-the-last strip of each band; a band's tiles fit the
     #: buffers.
-    bands: IntArray
+    bands: Int32Array
     num_tiles: int  # tiles of the largest band
     grid: Grid  # the canvas, or canvases
 
@@ -124,10 +124,10 @@ class Band(NamedTuple):
     #: Spans, and tiles of the canvas, in the band.
     num_spans: int
     num_tiles: int
-    grid: IntArray  # (9,), `Grid` of common.h, for the band
+    grid: Int32Array  # (9,), `Grid` of common.h, for the band
 
 
-def plan_spans(boxes: IntArray, grid: Grid, max_tiles: int) -> Spans:
+def plan_spans(boxes: Int32Array, grid: Grid, max_tiles: int) -> Spans:
     """Lay out the spans of the layers' boxes.
 
     Parameters

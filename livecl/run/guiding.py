@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl.arrays import FloatArray
 from livecl.drawing.assembly import concatenate, stretched
 from livecl.drawing.colors import format_rgb
 from livecl.drawing.drawing import Drawing
@@ -29,8 +30,6 @@ from livecl.run.vectorization import vectorize_pixels
 DIFFERENT, LEAST_PIXELS = 12 / 255, 12
 #: Width of the plain border around the part of a picture that is vectorized separately, px.
 BORDER = 3
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.canvas import check_canvases
 from livecl.drawing.checks import check_number
 from livecl.drawing.drawing import Drawing
@@ -30,8 +31,6 @@ HALF_LEVEL = 0.5 / 255
 ANGLE_DECIMALS = 3
 #: Attributes of a stroke that cannot be interpolated, and their values by default.
 PEN = {"stroke-linecap": "butt", "stroke-linejoin": "miter", "stroke-miterlimit": f"{DEFAULT_MITER_LIMIT:g}"}
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclasses.dataclass(frozen=True)

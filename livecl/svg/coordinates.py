@@ -15,9 +15,8 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from livecl.arrays import FloatArray
 
 #: Longest text read as a length, characters.
 MAX_LENGTH_TEXT = 400

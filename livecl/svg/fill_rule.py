@@ -4,12 +4,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray, IntArray
 from livecl.geometry import bezier
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Horizontal lines on which the fill rules are compared.
 _NUM_ROWS = 256
@@ -53,7 +50,7 @@ def nonzero_from_even_odd(outline: list[FloatArray]) -> tuple[list[FloatArray], 
     return (turned, True) if _rules_agree(lines, extent / 1024) else (outline, False)
 
 
-def _flattened(outline: list[FloatArray], tolerance: float) -> tuple[FloatArray, NDArray[np.int64]]:
+def _flattened(outline: list[FloatArray], tolerance: float) -> tuple[FloatArray, IntArray]:
     """Flatten an outline into lines (L, 2, 2), unordered; return them and the subpath of each, (L,)."""
     cubics = np.concatenate(outline)
     subpaths = np.repeat(np.arange(len(outline)), [len(subpath) for subpath in outline])

@@ -16,9 +16,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.colors import premultiplied_colors
-
-FloatArray = NDArray[np.float64]
 
 #: Most repeats of a gradient that are expanded into stops.
 MAX_REPEATS = 64

@@ -10,16 +10,14 @@ import re
 from xml.etree.ElementTree import Element
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.colors import Rgba
 from livecl.drawing.labels import name_from_id
 from livecl.geometry import bezier
 from livecl.svg.gradients import Gradient
 from livecl.svg.pens import Pen
 from livecl.svg.writer import INKSCAPE_NAMESPACE, SVG_NAMESPACE
-
-FloatArray = NDArray[np.float64]
 
 #: Largest number of layers of a translucent group that are tested for overlaps; more count as overlapping.
 MAX_COMPARED = 1000

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.svg.servers import format_decimal
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer]
 
 #: Most decimals of a coordinate, to which the reader rounds: float64 does not hold more for the largest coordinates.

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from xml.etree.ElementTree import Element
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.colors import Rgba, parse_rgba
 from livecl.drawing.fills import MAX_COORDINATE
 from livecl.geometry import bezier
@@ -20,8 +20,6 @@ from livecl.svg.gradients import Gradient
 from livecl.svg.layer import LeftOut
 from livecl.svg.paint import as_saved, opacity_of
 from livecl.svg.style import StyleSheet
-
-FloatArray = NDArray[np.float64]
 
 #: Longest chain of gradients that refer to each other, and most stops of one.
 MAX_CHAIN, MAX_STOPS = 32, 1000

@@ -15,9 +15,9 @@ import math
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from livecl.arrays import FloatArray
+
 #: Control points as complex numbers x + iy.
 Cubic = tuple[complex, complex, complex, complex]
 

@@ -10,16 +10,14 @@ import re
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.fills import MAX_COORDINATE
 from livecl.geometry import bezier
 from livecl.geometry.strokes import CAPS, JOINS, Pens, outline_strokes
 from livecl.svg import shapes
 from livecl.svg.coordinates import Units, length_in_pixels
 from livecl.svg.path_data import control_points, line_cubic, number_list, path_lines
-
-FloatArray = NDArray[np.float64]
 
 #: Most dashes of one stroke.
 MAX_DASHES = 10_000

@@ -14,15 +14,13 @@ import re
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.geometry.outlines import reversed_path
 from livecl.svg.coordinates import transform_matrix
 from livecl.svg.outline_data import MAX_PRECISION
 from livecl.svg.servers import format_decimal
 from livecl.svg.shapes import shape_outline, transformed
-
-FloatArray = NDArray[np.float64]
 
 _TURN = re.compile(r"rotate\((\S+)")
 

@@ -11,8 +11,8 @@ import os
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing import KINDS, Drawing, Fills, Strokes
 from livecl.drawing.strokes import DEFAULT_MITER_LIMIT, MAX_WIDTH
 from livecl.errors import SvgError, readable
@@ -25,8 +25,6 @@ from livecl.svg.walker import Walker
 
 #: Excess of a side of the canvas over whole pixels that adds no pixel, px: converted units round that much.
 NO_PIXEL = 1e-3
-
-FloatArray = NDArray[np.float64]
 
 
 def read_svg(source: str | os.PathLike[str] | bytes) -> Drawing:

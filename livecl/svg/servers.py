@@ -6,13 +6,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.colors import format_rgb
 from livecl.drawing.fills import LINEAR, POSITION_DECIMALS, SOLID, Fills
 from livecl.svg.gradients import is_flat
-
-FloatArray = NDArray[np.float64]
 
 if TYPE_CHECKING:
     from livecl.drawing.drawing import Drawing
@@ -105,7 +103,7 @@ def _stops(drawing: Drawing, layer: int) -> str:
     )
 
 
-def _stop(position: float, rgba: NDArray[np.float64]) -> str:
+def _stop(position: float, rgba: FloatArray) -> str:
     opacity = f' stop-opacity="{format_decimal(round(rgba[3] * 1e5), 5)}"' if rgba[3] < 1 else ""
     offset = format_decimal(round(position * 10**POSITION_DECIMALS), POSITION_DECIMALS)
     return f'<stop offset="{offset}" stop-color="{format_rgb(rgba)}"{opacity}/>'

@@ -7,12 +7,11 @@ import math
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from livecl.arrays import FloatArray
 from livecl.svg.coordinates import Units, length_in_pixels
 from livecl.svg.path_data import Cubic, control_points, line_cubic, number_list
-
-FloatArray = NDArray[np.float64]
 
 
 def shape_outline(

@@ -8,8 +8,8 @@ from typing import Literal
 from xml.etree.ElementTree import Element
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.checks import clean_name
 from livecl.drawing.colors import Rgba
 from livecl.drawing.fills import MAX_COORDINATE
@@ -35,8 +35,6 @@ from livecl.svg.paint import background_color, count_left_out, is_stroked, opaci
 from livecl.svg.paint_servers import FilledShape, PaintServers
 from livecl.svg.pens import drawn, lines_of_shape, pen_of
 from livecl.svg.style import StyleSheet, inherit
-
-FloatArray = NDArray[np.float64]
 
 #: Largest amount of path data, characters: some hundred thousand segments.
 MAX_PATH_DATA = 5_000_000

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-FloatArray = NDArray[np.float64]
+from livecl.arrays import FloatArray
 
 BETA1, BETA2, EPSILON = 0.9, 0.999, 1e-8
 #: Steps after which the bias corrections are exactly 1 in float64: BETA2^t is less than half of 2^-52.

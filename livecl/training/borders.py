@@ -12,10 +12,9 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.borders import border_pairs, paired_rows
 from livecl.drawing.drawing import Drawing
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

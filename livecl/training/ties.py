@@ -15,10 +15,9 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import cross
-
-FloatArray = NDArray[np.float64]
 
 #: Largest distance of a handle from its place on a straight segment, px, and tangent of the largest angle of a smooth
 #: join: more than rounding loses.

@@ -8,9 +8,9 @@ The pixel loss, the squared error under the distance weight (eq. 1-2), is comput
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from livecl.arrays import FloatArray
 
 #: Handles shorter than this, px, have no direction: no loss and no gradient.
 MIN_HANDLE = 1e-3

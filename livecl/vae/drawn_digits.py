@@ -6,12 +6,10 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from livecl.arrays import FloatArray
 from livecl.vae.mnist import SIDE, Digits
-
-FloatArray = NDArray[np.float64]
 
 #: Height of a digit, px, as MNIST's.
 HEIGHT = 20.0

@@ -4,12 +4,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from skimage.transform import resize
 
+from livecl.arrays import FloatArray
 from livecl.vae.parts import sigmoid
-
-FloatArray = NDArray[np.float64]
 
 #: Logits are clipped to this magnitude before they are enlarged: a certainly black pixel, at -30, would otherwise push
 #: the edge of a stroke beside it inwards. A grey level of 8 bits, 1 / 255, is a logit of -5.5.

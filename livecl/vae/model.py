@@ -18,8 +18,9 @@ import zipfile
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from livecl.arrays import FloatArray
 from livecl.errors import LiveclError
 from livecl.files import write_atomically
 from livecl.vae.parts import (
@@ -34,8 +35,6 @@ from livecl.vae.parts import (
     sample_forward,
     sigmoid,
 )
-
-FloatArray = NDArray[np.float64]
 
 #: Version of the saved file's content.
 _FORMAT = 1

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from livecl.arrays import FloatArray
+
 #: Weights (I, O) and bias (O,) of a dense layer.
 Dense = tuple[FloatArray, FloatArray]
 

@@ -9,11 +9,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livecl.arrays import FloatArray
 from livecl.errors import LiveclError
 from livecl.training.adam import Adam, settling
 from livecl.vae.model import Loss, Vae
-
-FloatArray = NDArray[np.float64]
 
 #: Share of the learning rate left at the end.
 SETTLE = 0.05

@@ -10,9 +10,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from PIL import Image, ImageDraw, ImageFont
 
+from livecl.arrays import Float32Array
 from livecl.drawing.assembly import scaled
 from livecl.drawing.checks import check_whole
 from livecl.drawing.drawing import Drawing
@@ -27,8 +28,6 @@ CELL, MAX_COLUMNS = 240, 7
 CHECKERBOARD, SQUARE = (1.0, 0.88), 8
 _INK, _FAINT_INK, _FRAME = (32, 32, 32), (112, 112, 112), (204, 204, 204)
 
-FloatArray = NDArray[np.float32]
-
 
 def stage_sheet(
     image: ArrayLike,
@@ -38,7 +37,7 @@ def stage_sheet(
     columns: int | None = None,
     device: int | str | None = None,
     progress: Callable[[int, int], object] | None = None,
-) -> FloatArray:
+) -> Float32Array:
     """Show the target and the drawing after each stage side by side, as the paper's first figure does.
 
     Parameters
@@ -155,7 +154,7 @@ def resized(image: ArrayLike, size: tuple[int, int]) -> Image.Image:
     return picture.resize((width, height), Image.Resampling.LANCZOS if smaller else Image.Resampling.NEAREST)
 
 
-def over_checkerboard(image: ArrayLike) -> FloatArray:
+def over_checkerboard(image: ArrayLike) -> Float32Array:
     """Composite premultiplied RGBA (H, W, 4) over a checkerboard: RGB (H, W, 3); RGB is returned unchanged."""
     pixels = np.asarray(image, dtype=np.float32)
     if pixels.shape[2] == 3:
@@ -170,7 +169,7 @@ def count_of(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def checked_image(image: ArrayLike, drawing: Drawing) -> FloatArray:
+def checked_image(image: ArrayLike, drawing: Drawing) -> Float32Array:
     """Read a picture with :func:`livecl.image.reading.as_image`; ValueError unless it has the drawing's size."""
     pixels = as_image(image)
     if pixels.shape[:2] != drawing.size:
@@ -178,11 +177,11 @@ def checked_image(image: ArrayLike, drawing: Drawing) -> FloatArray:
     return pixels
 
 
-def _fitted_target(pixels: FloatArray, size: tuple[int, int]) -> FloatArray:
+def _fitted_target(pixels: Float32Array, size: tuple[int, int]) -> Float32Array:
     return over_checkerboard(premultiplied(np.asarray(resized(pixels, size), dtype=np.float32) / 255))
 
 
-def _laid_out(cells: list[tuple[FloatArray, str, str]], size: tuple[int, int], columns: int) -> FloatArray:
+def _laid_out(cells: list[tuple[Float32Array, str, str]], size: tuple[int, int], columns: int) -> Float32Array:
     """Arrange pictures, each with two lines of caption below, in rows."""
     text = max(9, max(size) // 16)
     font = ImageFont.load_default(text)
@@ -200,5 +199,5 @@ def _laid_out(cells: list[tuple[FloatArray, str, str]], size: tuple[int, int], c
         for row, (caption, ink) in enumerate(zip(captions, (_INK, _FAINT_INK), strict=True)):
             place = left + width / 2, top + size[0] + margin + row * line
             pen.text(place, caption, fill=ink, font=font, anchor="ma")
-    levels: FloatArray = np.asarray(sheet, dtype=np.float32) / np.float32(255)
+    levels: Float32Array = np.asarray(sheet, dtype=np.float32) / np.float32(255)
     return levels

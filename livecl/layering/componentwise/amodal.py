@@ -6,12 +6,11 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import BoolArray
 from livecl.layering.componentwise.masks import connected_part, convex_hull
 from livecl.layering.stack import Window, window_of
 
-BoolArray = NDArray[np.bool_]
 #: Largest ratio of hidden to visible pixels in a completed region. Without a limit, eyes and mouth become one band
 #: behind a head with holes.
 MAX_HIDDEN = 1.0

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.fitting import fit_outlines
 from livecl.geometry.outlines import Outline, circle, random_outline, reversed_path
@@ -24,9 +25,6 @@ from livecl.layering.neighbors import SAME_COLOR
 from livecl.layering.regions import Region, RegionFinder
 from livecl.layering.stack import WHOLE, Window, meet, window_of
 from livecl.options import OPAQUE_FROM, Options
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 #: Smallest region, pixels, whose border is traced (about 4 px across); smaller ones become circles of equal area.
 SMALL_REGION = 12

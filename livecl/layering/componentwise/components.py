@@ -9,11 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import BoolArray, FloatArray, IntArray
 from livecl.options import Options
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-BoolArray = NDArray[np.bool_]
+from livecl.arrays import BoolArray
 
 
 def border(mask: BoolArray) -> NDArray[np.float64]:

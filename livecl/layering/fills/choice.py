@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID, Fills, concatenate_fills
 from livecl.image.errors import visible_error
@@ -28,9 +29,6 @@ OWN_SHARE, LEAST_PIXELS = 0.95, 24
 CLEAR = 0.02
 #: Least saving, in numbers, for another fill to be used: less may be rounding.
 LEAST_SAVING = 0.1
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 def shading_of(options: Options) -> Shading | None:

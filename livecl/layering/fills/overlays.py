@@ -15,15 +15,12 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.drawing.fills import LINEAR, SOLID
 from livecl.layering.fills.ramps import COLOR_NUMBERS, LAYER_NUMBERS, Paint, fit_paint
 from livecl.layering.fills.stops import Pixels
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -12,13 +12,11 @@ import dataclasses
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.drawing.fills import KINDS, LINEAR, RADIAL, SOLID, Fills, place_of, stop_colors_at
 from livecl.layering.fills.stops import STOP_NUMBERS, Pixels, Ramps, fit_ramp
-
-FloatArray = NDArray[np.float64]
 
 #: Numbers of a layer of one colour and four segments, which together cost `Options.prune`.
 LAYER_NUMBERS = 28

@@ -6,9 +6,8 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from livecl.arrays import FloatArray
 
 #: Numbers that describe a stop: its offset and RGBA.
 STOP_NUMBERS = 5

@@ -12,20 +12,16 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray, IntArray
 from livecl.geometry.crossings import polygon_crossing_area
 from livecl.geometry.polylines import polygon_area
 from livecl.layering.outlines.continuations import Gap, bridges, curves, direction_at_end, tangent
 from livecl.layering.outlines.contours import AFTER, BEFORE, COMPLETED, Contour, Outlines
 from livecl.layering.outlines.prices import Prices, hidden_price, outline_price, sliver_price
 from livecl.layering.outlines.primitives import FARTHEST, fitted_primitive
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: Points of the shortest gap; points to which the direction of an end is fitted.
 SHORTEST_GAP, FITTED = 3, 12

@@ -11,11 +11,10 @@ import functools
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.geometry.bezier import cross
 
-FloatArray = NDArray[np.float64]
 #: Start and end of a gap with the directions in which the outline runs there; None where it is too short to have one.
 Gap = tuple[FloatArray, FloatArray | None, FloatArray, FloatArray | None]
 

@@ -15,17 +15,13 @@ from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray, IntArray
 from livecl.geometry.polylines import polygon_area
 from livecl.layering.outlines.edges import edge_polylines
 from livecl.layering.segmentation.flat import SAME_COLOR, SAME_OF_NOISE, FlatRegions
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: Values of `across` that are no region: beyond the page, a completed part, or the region itself.
 PAGE, COMPLETED, _SELF = -1, -2, -3

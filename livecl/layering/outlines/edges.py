@@ -4,13 +4,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray, IntArray
 from livecl.geometry.polylines import evenly
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Pixels on each side of an edge used to locate it; largest coverage that counts as none.
 EDGE_REACH, EDGE_SLACK = 4, 0.01

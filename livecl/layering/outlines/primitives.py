@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from livecl.arrays import FloatArray
 
 #: Largest root-mean-square and maximum distance, px, between an outline and its primitive: anti-aliased borders of true
 #: discs are located to a tenth of a pixel, their junctions to about one.

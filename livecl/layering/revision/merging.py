@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.drawing.assembly import concatenate
 from livecl.drawing.drawing import Drawing
 from livecl.image.errors import visible_error
@@ -17,7 +18,6 @@ from livecl.layering.componentwise.candidates import SEGMENT_ERROR, fitted_outli
 from livecl.layering.context import Context
 from livecl.layering.contributions import (
     VISIBLE_SHARE,
-    FloatArray,
     composited_colors,
     in_window,
     layer_alphas,

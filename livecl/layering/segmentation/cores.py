@@ -7,20 +7,16 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray, IntArray
 from livecl.drawing.colors import premultiplied_colors
 from livecl.layering.drift import Changes
 from livecl.layering.fills.overlays import fit_overlaid
 from livecl.layering.fills.ramps import COLOR_NUMBERS, LAYER_NUMBERS, Paint, fit_paint
 from livecl.layering.segmentation.labels import grid_components, with_blocks
 from livecl.layering.segmentation.small import SAME_STEP
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: Largest error of a fill at a pixel that it explains, and share of unexplained pixels above which a region is split.
 MISSED, MISSED_SHARE = 3.5 / 255, 0.03

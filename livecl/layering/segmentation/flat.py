@@ -16,14 +16,12 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import FloatArray, IntArray
 from livecl.layering.fills.ramps import LAYER_NUMBERS
 from livecl.layering.segmentation.labels import grid_components, means_of, with_blocks
 from livecl.layering.segmentation.mixtures import Mixture, explain, with_seams
 from livecl.layering.segmentation.noise import noise_level, noisy_cores
 from livecl.layering.segmentation.small import ALIKE_OF_NOISE, SAME_STEP, without_small
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Largest step between neighbouring pixels of one core in a clean picture, and largest residual of a mixture.
 CLEAN_STEP, MIXTURE_MISS = 0.6 / 255, 10 / 255

@@ -9,9 +9,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from livecl import interruption
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from livecl.arrays import FloatArray, IntArray
 
 
 def grid_components(right: NDArray[np.bool_], down: NDArray[np.bool_], *slanted: NDArray[np.bool_]) -> IntArray:

@@ -9,13 +9,10 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray, IntArray
 from livecl.layering.segmentation.seams import find_seams
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Number of nearest cores considered, and the residual that a px of distance counts for.
 NEAR, DISTANCE_MISS = 4, 1 / 255

@@ -13,9 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from livecl.arrays import FloatArray, IntArray
 
 #: Immerkaer's mask (1996): insensitive to slopes; normalized so that its response to white noise is the noise.
 _MASK = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]]) / 6

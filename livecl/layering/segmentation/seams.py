@@ -16,14 +16,10 @@ import dataclasses
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from livecl.arrays import BoolArray, FloatArray, IntArray
 
 #: Largest residual of a seam: rounding to 8 bits, once for each of two shapes and once for their colours.
 SEAM_MISS = 1.5 / 255

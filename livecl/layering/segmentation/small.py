@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from livecl.arrays import FloatArray, IntArray
 
 #: Largest difference within one colour, and per unit of noise.
 SAME_STEP, ALIKE_OF_NOISE = 2.5 / 255, 3.0

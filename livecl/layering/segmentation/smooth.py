@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray, IntArray
 from livecl.drawing.colors import premultiplied_colors
 from livecl.layering.drift import Changes
 from livecl.layering.fills.ramps import COLOR_NUMBERS, Paint
@@ -31,10 +32,6 @@ from livecl.layering.segmentation.cores import (
 from livecl.layering.segmentation.flat import MIXTURE_MISS, ROUNDS, FlatRegions, add_cores, regions_of
 from livecl.layering.segmentation.labels import means_of
 from livecl.layering.segmentation.mixtures import Mixture, explain
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: Mean squared error of a channel allowed to one fill for two regions, and that of an affine one above which no other
 #: kind is tried.

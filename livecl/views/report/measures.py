@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import Float32Array
 from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import Fills, concatenate_fills
@@ -29,7 +30,6 @@ UNSATURATED, MAX_GAIN = 0.99, 64
 #: Its colour, on any background.
 _DIFFERENCE_INK = (214, 66, 48)
 
-FloatArray = NDArray[np.float32]
 
 _ELEMENT = re.compile(r"<(path|circle|ellipse|rect)\b(?! id=\"background\")[^>]*?(?:/>|>.*?</\1>)", flags=re.DOTALL)
 
@@ -48,7 +48,7 @@ class LayerFacts:
     num_nodes: int  # anchors of its outline
 
 
-def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rasterizer) -> list[LayerFacts]:
+def layer_facts(drawing: Drawing, svg: str, target: Float32Array, rasterizer: Rasterizer) -> list[LayerFacts]:
     """Measure each layer of a drawing.
 
     Parameters
@@ -87,7 +87,7 @@ def layer_facts(drawing: Drawing, svg: str, target: FloatArray, rasterizer: Rast
     ]
 
 
-def _removed(drawing: Drawing, alphas: FloatArray, target: FloatArray, rasterizer: Rasterizer) -> list[float]:
+def _removed(drawing: Drawing, alphas: Float32Array, target: Float32Array, rasterizer: Rasterizer) -> list[float]:
     """Return the rise of the mean squared error without each layer, gradients included."""
     if not drawing.fills.any_gradients:
         return removal_changes(drawing, alphas, target).tolist()
@@ -96,13 +96,13 @@ def _removed(drawing: Drawing, alphas: FloatArray, target: FloatArray, rasterize
     return [_mse(rasterizer.forward(drawing.layer_subset(every != k)), target) - error for k in every]
 
 
-def _mse(picture: FloatArray, target: FloatArray) -> float:
+def _mse(picture: Float32Array, target: Float32Array) -> float:
     """Return the mean squared difference of two pictures."""
     return float(np.mean(np.square(picture - target, dtype=np.float64)))
 
 
 def gradient_gains(
-    drawing: Drawing, visible: FloatArray, target: FloatArray, rasterizer: Rasterizer
+    drawing: Drawing, visible: Float32Array, target: Float32Array, rasterizer: Rasterizer
 ) -> dict[int, float]:
     """Return the rise of the mean squared error if each gradient were the best single colour, by layer.
 
@@ -135,7 +135,7 @@ def page_size(drawing: Drawing) -> tuple[int, int]:
     return size if excess <= 1 else working_size(size, max(1, int(math.sqrt(size[0] * size[1] / excess))))
 
 
-def differences(errors: list[FloatArray]) -> tuple[list[str], int]:
+def differences(errors: list[Float32Array]) -> tuple[list[str], int]:
     """Return difference images of drawings and target, as ``data:`` addresses, and their amplification.
 
     A pixel's opacity is the root mean square of the error's channels.
