@@ -11,3 +11,5 @@ Float32Array = NDArray[np.float32]
 IntArray = NDArray[np.int64]
 Int32Array = NDArray[np.int32]
 BoolArray = NDArray[np.bool_]
+#: Rows and columns of a picture.
+Window = tuple[slice, slice]

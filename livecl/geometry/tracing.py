@@ -30,7 +30,7 @@ class TracingPrices:
     noise: float = 12.0
 
 
-PRICES = TracingPrices()
+TRACING_PRICES = TracingPrices()
 #: Largest area, px^2, by which cutting out its loops may change a path that crosses itself; number of lower prices
 #: tried where it is more, and their ratio.
 MOST_LOST, TRIALS, CHEAPER = 3.0, 2, 4.0
@@ -41,7 +41,9 @@ MOST_FAILURES, MOST_RISE, TRIAL_STEPS = 3, 20.0, 3
 CURVE_NUMBERS = 5
 
 
-def traced_path(points: FloatArray, noise: float, prices: TracingPrices = PRICES, waves: float = 0.0) -> FloatArray:
+def traced_path(
+    points: FloatArray, noise: float, prices: TracingPrices = TRACING_PRICES, waves: float = 0.0
+) -> FloatArray:
     """Return the closed path (s, 3, 2) of the smallest price along a polyline (n, 2), px, at steps of about 1 px.
 
     If it crosses itself, small loops are cut out. Instead of cutting large ones, segments are made cheaper, so that the

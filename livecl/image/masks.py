@@ -16,9 +16,8 @@ from livecl.drawing.checks import clean_name
 from livecl.errors import ImageError
 from livecl.image.reading import premultiplied, read_image
 from livecl.image.resizing import reduced
+from livecl.image.source import SUFFIXES
 
-#: Endings of the files that are masks in a folder.
-SUFFIXES = {".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif"}
 #: Maximum number of masks.
 MOST = 256
 

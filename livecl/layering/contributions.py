@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl import interruption
-from livecl.arrays import FloatArray
+from livecl.arrays import FloatArray, Window
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 VISIBLE_SHARE = 0.5
 
 ShareArray = NDArray[np.float32]
-Window = tuple[slice, slice]
 
 
 def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> ShareArray:

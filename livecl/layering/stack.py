@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl import interruption
+from livecl.arrays import Window
 from livecl.layering.contributions import in_window
 
-FloatArray = NDArray[np.floating[Any]]
-Window = tuple[slice, slice]
+RealArray = NDArray[np.floating[Any]]
 
 #: Most numbers held for the composites and transmittances of all depths: 256 MiB. Pictures of more layers are treated
 #: as one layer.
@@ -73,7 +73,7 @@ class LayerStack:
         return len(self.alphas)
 
     @property
-    def image(self) -> FloatArray:
+    def image(self) -> RealArray:
         """Composite of all layers, (H, W, C)."""
         return self.grounds[-1]
 

@@ -20,7 +20,7 @@ from livecl.training.state import FREE, LOCKED
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Outcome:
+class FinalDrawing:
     """A drawing in the last steps of a run, rounded as in the SVG.
 
     Attributes
@@ -44,9 +44,9 @@ class Outcome:
         """Layers (N,) whose colours and outlines may change."""
         return np.asarray(self.holds != LOCKED)
 
-    def of(self, drawing: Drawing, sources: NDArray[np.intp]) -> Outcome:
+    def of(self, drawing: Drawing, sources: NDArray[np.intp]) -> FinalDrawing:
         """Return the outcome with another drawing; `sources` are its layers' former indices, -1 for new, free ones."""
-        return Outcome(quantize(drawing), np.where(sources < 0, np.int8(FREE), self.holds[sources]))
+        return FinalDrawing(quantize(drawing), np.where(sources < 0, np.int8(FREE), self.holds[sources]))
 
 
 def least_gain(context: Context) -> float:
@@ -54,7 +54,7 @@ def least_gain(context: Context) -> float:
     return max(context.options.prune, context.options.path_gain)
 
 
-def merged(context: Context, outcome: Outcome) -> Outcome:
+def merged(context: Context, outcome: FinalDrawing) -> FinalDrawing:
     """Merge neighbours of one colour, if that saves more than the error that it adds."""
     if not (context.options.merge and can_merge(outcome.drawing)):
         return outcome
@@ -62,13 +62,13 @@ def merged(context: Context, outcome: Outcome) -> Outcome:
     return outcome.of(found.drawing, found.sources)
 
 
-def edited(context: Context, outcome: Outcome) -> Outcome:
+def edited(context: Context, outcome: FinalDrawing) -> FinalDrawing:
     """Reduce colours to the palette, and make outlines editable."""
     recolored = with_few_colors(context, outcome.drawing, outcome.unlocked)
-    return Outcome(quantize(editable(context, recolored, outcome.unlocked)), outcome.holds)
+    return FinalDrawing(quantize(editable(context, recolored, outcome.unlocked)), outcome.holds)
 
 
-def outlined(context: Context, outcome: Outcome) -> Outcome:
+def with_borders(context: Context, outcome: FinalDrawing) -> FinalDrawing:
     """Replace an outlined shape, found as two nested shapes, by one shape with a fill and a stroke."""
     if context.options.strokes != "auto":
         return outcome
@@ -78,7 +78,7 @@ def outlined(context: Context, outcome: Outcome) -> Outcome:
 
 
 #: Steps of a finished run; pruning follows.
-FINISHING: tuple[Callable[[Context, Outcome], Outcome], ...] = (merged, edited, outlined)
+FINISHING: tuple[Callable[[Context, FinalDrawing], FinalDrawing], ...] = (merged, edited, with_borders)
 
 
 def saved_drawing(
@@ -88,7 +88,7 @@ def saved_drawing(
 
     With `trim`, it is trimmed to the page.
     """
-    outcome = Outcome(quantize(drawing), holds)
+    outcome = FinalDrawing(quantize(drawing), holds)
     for step in FINISHING if finished else ():
         outcome = step(context, outcome)
     needed = needed_layers(context, outcome.drawing, least_gain(context) if finished else 0.0, outcome.free)

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Amodal completion on masks: join the visible parts of an occluded region, for the placement by regions."""
+"""Amodal completion on masks: join the visible parts of an occluded region, for the placement by regions.
+
+livecl/layering/outlines/completion.py completes outlines, which have a price. Here thousands of candidates are tried
+before any of them has an outline, and the error decides, so masks are completed.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +11,9 @@ import dataclasses
 
 import numpy as np
 
-from livecl.arrays import BoolArray
+from livecl.arrays import BoolArray, Window
 from livecl.layering.componentwise.masks import connected_part, convex_hull
-from livecl.layering.stack import Window, window_of
+from livecl.layering.stack import window_of
 
 #: Largest ratio of hidden to visible pixels in a completed region. Without a limit, eyes and mouth become one band
 #: behind a head with holes.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl import interruption
-from livecl.arrays import BoolArray, FloatArray
+from livecl.arrays import BoolArray, FloatArray, Window
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.fitting import fit_outlines
 from livecl.geometry.outlines import Outline, circle, random_outline, reversed_path
@@ -23,7 +23,7 @@ from livecl.layering.componentwise.painting import Painting, Trial
 from livecl.layering.context import Context
 from livecl.layering.neighbors import SAME_COLOR
 from livecl.layering.regions import Region, RegionFinder
-from livecl.layering.stack import WHOLE, Window, meet, window_of
+from livecl.layering.stack import WHOLE, meet, window_of
 from livecl.options import OPAQUE_FROM, Options
 
 #: Smallest region, pixels, whose border is traced (about 4 px across); smaller ones become circles of equal area.

@@ -22,9 +22,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import Window
 from livecl.image.errors import visible_error
 from livecl.layering.contributions import in_window
-from livecl.layering.stack import NOWHERE, WHOLE, LayerStack, Window
+from livecl.layering.stack import NOWHERE, WHOLE, LayerStack
 from livecl.options import OPAQUE_FROM
 
 #: Squared change of the picture below which a layer has no effect: far below one level of 255 in one pixel.

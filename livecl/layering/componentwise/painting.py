@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import Window
 from livecl.image.errors import visible_error
 from livecl.layering.componentwise.opacities import Opacities
-from livecl.layering.stack import NOWHERE, WHOLE, FloatArray, LayerStack, Window, meet, window_of, window_within
+from livecl.layering.stack import NOWHERE, WHOLE, LayerStack, RealArray, meet, window_of, window_within
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -47,7 +48,7 @@ class Trial:
     depth: int
     window: Window
     alpha: NDArray[Any]
-    color: FloatArray
+    color: RealArray
     gain: float
 
 
@@ -66,12 +67,12 @@ class Painting:
         self.opacities = Opacities(self.target, stack) if follow else None
 
     @property
-    def error(self) -> FloatArray:
+    def error(self) -> RealArray:
         """Visible squared error, summed over the channels: (H, W)."""
         return np.asarray(np.square(visible_error(self.target - self.stack.image)).sum(axis=-1))
 
     def try_layers(
-        self, alphas: Sequence[NDArray[Any]], color: FloatArray, within_window: Window = WHOLE, roughly: bool = False
+        self, alphas: Sequence[NDArray[Any]], color: RealArray, within_window: Window = WHOLE, roughly: bool = False
     ) -> list[Trial]:
         """Try layers of one colour (C,), each alone, at the depth where it removes most squared error.
 

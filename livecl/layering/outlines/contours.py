@@ -22,6 +22,7 @@ from livecl.arrays import BoolArray, FloatArray, IntArray
 from livecl.geometry.polylines import polygon_area
 from livecl.layering.outlines.edges import edge_polylines
 from livecl.layering.segmentation.flat import SAME_COLOR, SAME_OF_NOISE, FlatRegions
+from livecl.layering.segmentation.labels import EIGHT_NEIGHBORS
 
 #: Values of `across` that are no region: beyond the page, a completed part, or the region itself.
 PAGE, COMPLETED, _SELF = -1, -2, -3
@@ -37,7 +38,6 @@ STRAIGHT, CLEARER = 0.6, 0.25
 LEAST_AREA = 2.0
 #: Sample size, pixels, of the test whether an outline keeps its regions, and the least share of them that it must keep.
 SAMPLED, KEPT = 400, 0.98
-_SQUARE = np.ones((3, 3), bool)
 _STEPS_OUT = (1.0, 1.5, 0.6, 2.2, 3.0)
 
 
@@ -176,7 +176,7 @@ class Outlines:
         cores = np.zeros(regions.other.max() + int(regions.cores.max()) + 2, bool)
         cores[regions.cores[ids]] = True
         # The rest of a pixel may belong to the union as well, if it is one of its cores that lies beside.
-        rest = cores[regions.other[window]] & ndimage.binary_dilation(inside, _SQUARE)
+        rest = cores[regions.other[window]] & ndimage.binary_dilation(inside, EIGHT_NEIGHBORS)
         share = regions.share[window]
         cover = np.where(inside, np.where(rest, 1.0, share), np.where(rest, 1 - share, 0.0))
         soft = np.where(inside, np.maximum(cover, 0.5001), np.minimum(cover, 0.4999))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
-from livecl.arrays import FloatArray
+from livecl.arrays import FloatArray, Window
 from livecl.drawing.assembly import concatenate
 from livecl.drawing.drawing import Drawing
 from livecl.image.errors import visible_error
@@ -25,7 +25,7 @@ from livecl.layering.contributions import (
     visible_shares,
 )
 from livecl.layering.neighbors import flat_labels, mergeable_pairs
-from livecl.layering.stack import Window, window_of
+from livecl.layering.stack import window_of
 
 #: Most merges tried at a time, which bounds the time for pictures of very many layers.
 MAX_TRIALS = 64

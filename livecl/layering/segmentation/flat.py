@@ -18,7 +18,7 @@ from scipy import ndimage
 from livecl import interruption
 from livecl.arrays import FloatArray, IntArray
 from livecl.layering.fills.ramps import LAYER_NUMBERS
-from livecl.layering.segmentation.labels import grid_components, means_of, with_blocks
+from livecl.layering.segmentation.labels import EIGHT_NEIGHBORS, grid_components, means_of, with_blocks
 from livecl.layering.segmentation.mixtures import Mixture, explain, with_seams
 from livecl.layering.segmentation.noise import noise_level, noisy_cores
 from livecl.layering.segmentation.small import ALIKE_OF_NOISE, SAME_STEP, without_small
@@ -37,7 +37,6 @@ CLEAN_SHARE = 0.6
 ROUNDS = 6
 #: Residual from which a single pixel becomes a core; pixels of the smallest region, in a clean and in a noisy picture.
 SINGLE_MISS, SMALLEST, SMALLEST_NOISY = 0.15, 5, 12
-_SQUARE = np.ones((3, 3), bool)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -218,7 +217,7 @@ def add_cores(
     missed = np.zeros(labels.shape)
     missed[mixture.rows, mixture.columns] = np.minimum(mixture.miss, 9)
     interruption.check()
-    patches, count = ndimage.label(missed > miss, _SQUARE)
+    patches, count = ndimage.label(missed > miss, EIGHT_NEIGHBORS)
     boxes = ndimage.find_objects(patches)
     new_colors: list[FloatArray] = []
     for patch, worst in enumerate(ndimage.maximum_position(missed, patches, np.arange(1, count + 1)), start=1):
@@ -228,7 +227,7 @@ def add_cores(
         if inside.sum() < (SMALLEST_NOISY if noise else 2) and (noise or missed[worst] < SINGLE_MISS):
             continue
         alike = inside & (np.abs(image[box] - image[worst]).max(axis=-1) <= 4 * SAME_STEP + ALIKE_OF_NOISE * noise)
-        parts, _ = ndimage.label(alike, _SQUARE)
+        parts, _ = ndimage.label(alike, EIGHT_NEIGHBORS)
         alike = parts == parts[worst[0] - box[0].start, worst[1] - box[1].start]
         labels[box][alike] = len(colors) + len(new_colors)
         new_colors.append(image[box][alike].mean(axis=0))

@@ -11,6 +11,9 @@ from scipy.sparse.csgraph import connected_components
 from livecl import interruption
 from livecl.arrays import FloatArray, IntArray
 
+#: Structuring element of a pixel and its eight neighbours.
+EIGHT_NEIGHBORS = np.ones((3, 3), bool)
+
 
 def grid_components(right: NDArray[np.bool_], down: NDArray[np.bool_], *slanted: NDArray[np.bool_]) -> IntArray:
     """Label the components of pixels connected to right, lower and, optionally, diagonal neighbours."""

@@ -20,6 +20,7 @@ from scipy import ndimage
 
 from livecl import interruption
 from livecl.arrays import BoolArray, FloatArray, IntArray
+from livecl.layering.segmentation.labels import EIGHT_NEIGHBORS
 
 #: Largest residual of a seam: rounding to 8 bits, once for each of two shapes and once for their colours.
 SEAM_MISS = 1.5 / 255
@@ -32,7 +33,6 @@ LEAST_PIXELS, LEAST_SHARE = 5, 0.5
 CHUNK = 1 << 18
 #: Shares tried before the best is refined; Gauss-Newton steps of the refinement.
 SHARES, STEPS = np.linspace(0, 1, 17), 3
-_SQUARE = np.ones((3, 3), bool)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -131,6 +131,6 @@ def _mostly(found: BoolArray, rows: IntArray, columns: IntArray, size: tuple[int
     """Whether each pixel belongs to a large enough component of pixels of which most are seams."""
     seen = np.zeros(size, bool)
     seen[rows, columns] = True
-    patch = ndimage.label(seen, _SQUARE)[0][rows, columns]
+    patch = ndimage.label(seen, EIGHT_NEIGHBORS)[0][rows, columns]
     count, seams = np.bincount(patch), np.bincount(patch, weights=found)
     return np.asarray(((count >= LEAST_PIXELS) & (seams >= LEAST_SHARE * count))[patch])

@@ -11,6 +11,7 @@ from scipy import ndimage
 
 from livecl import interruption
 from livecl.arrays import FloatArray, IntArray
+from livecl.layering.segmentation.labels import EIGHT_NEIGHBORS
 
 #: Largest difference within one colour, and per unit of noise.
 SAME_STEP, ALIKE_OF_NOISE = 2.5 / 255, 3.0
@@ -19,7 +20,6 @@ BLENDED = 5
 #: Contrast of a small or thin region up to which it counts as compression ringing, as a share of the contrast of the
 #: edge along it; share of a region's pixels in 3 x 3 blocks below which it is thin.
 RINGING, THIN_SHARE = 0.3, 0.5
-_SQUARE = np.ones((3, 3), bool)
 
 
 def without_small(
@@ -37,7 +37,7 @@ def without_small(
             continue
         box = tuple(slice(max(s.start - 1, 0), s.stop + 1) for s in boxes[part])
         inside = parts[box] == part
-        around = np.unique(parts[box][ndimage.binary_dilation(inside, _SQUARE) & ~inside])
+        around = np.unique(parts[box][ndimage.binary_dilation(inside, EIGHT_NEIGHBORS) & ~inside])
         if not len(around) or not inside.any():
             continue
         contrast = np.abs(colors[around] - colors[part]).max(axis=1)
@@ -60,7 +60,7 @@ def without_small(
 
 def _is_thin(inside: NDArray[np.bool_]) -> bool:
     """Whether few of a region's pixels lie in 3 x 3 blocks of it."""
-    return bool(ndimage.binary_opening(inside, _SQUARE).sum() < THIN_SHARE * inside.sum())
+    return bool(ndimage.binary_opening(inside, EIGHT_NEIGHBORS).sum() < THIN_SHARE * inside.sum())
 
 
 def _is_ringing(contrast: float, others: FloatArray) -> bool:

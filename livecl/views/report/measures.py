@@ -15,6 +15,7 @@ from livecl.arrays import Float32Array
 from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import Fills, concatenate_fills
+from livecl.image.errors import mse
 from livecl.image.resizing import working_size
 from livecl.layering.contributions import layer_alphas, removal_changes, visible_shares
 from livecl.views.report.markup import png_uri
@@ -91,14 +92,9 @@ def _removed(drawing: Drawing, alphas: Float32Array, target: Float32Array, raste
     """Return the rise of the mean squared error without each layer, gradients included."""
     if not drawing.fills.any_gradients:
         return removal_changes(drawing, alphas, target).tolist()
-    error = _mse(rasterizer.forward(drawing), target)
+    error = mse(rasterizer.forward(drawing), target)
     every = np.arange(drawing.num_layers)
-    return [_mse(rasterizer.forward(drawing.layer_subset(every != k)), target) - error for k in every]
-
-
-def _mse(picture: Float32Array, target: Float32Array) -> float:
-    """Return the mean squared difference of two pictures."""
-    return float(np.mean(np.square(picture - target, dtype=np.float64)))
+    return [mse(rasterizer.forward(drawing.layer_subset(every != k)), target) - error for k in every]
 
 
 def gradient_gains(
@@ -109,14 +105,14 @@ def gradient_gains(
     With the layer in black, of its mean opacity, the picture is B; with s its share of a pixel's colour
     (`visible`, (N, H, W)), in colour c it is B + s c, and the best c is ``sum s (T - B) / sum s^2``.
     """
-    error = _mse(rasterizer.forward(drawing), target)
+    error = mse(rasterizer.forward(drawing), target)
     gains = {}
     for layer in drawing.fills.gradient_layers.tolist():
         black = rasterizer.forward(with_solid(drawing, layer, np.zeros(3)))
         share, missing = visible[layer].astype(np.float64), (target - black)[..., :3].astype(np.float64)
         color = np.clip(np.tensordot(share, missing) / max(float(np.sum(share**2)), 1e-12), 0, 1)
         solid = rasterizer.forward(with_solid(drawing, layer, color))
-        gains[layer] = _mse(solid, target) - error
+        gains[layer] = mse(solid, target) - error
     return gains
 
 

@@ -13,13 +13,14 @@ from support import drawings
 from support.placing import Placer
 
 from livecl import Options
+from livecl.arrays import Window
 from livecl.geometry.outlines import circle
 from livecl.layering.componentwise import candidates
 from livecl.layering.componentwise.candidates import SEARCH, Candidate
 from livecl.layering.componentwise.painting import Painting, Trial
 from livecl.layering.context import Context
 from livecl.layering.regions import Region
-from livecl.layering.stack import LayerStack, Window
+from livecl.layering.stack import LayerStack
 
 FloatArray = NDArray[np.float64]
 
