@@ -4,8 +4,16 @@
 from __future__ import annotations
 
 import contextlib
+import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from contextvars import ContextVar
+from typing import TypeVar
+
+T = TypeVar("T")
+
+#: Seconds after which whoever waits for work that has no pieces asks again.
+PATIENCE = 0.1
 
 _asked: ContextVar[Callable[[], None] | None] = ContextVar("asked", default=None)
 
@@ -20,6 +28,30 @@ def check() -> None:
     asked = _asked.get()
     if asked is not None:
         asked()
+
+
+def apart(work: Callable[[], T]) -> T:
+    """Call a function that has no pieces, such as a compiler, and return its result.
+
+    Inside :func:`interruptible` it runs in a thread of its own: what interrupts the caller ends the waiting for it, not
+    the work. Its exceptions are raised here.
+    """
+    if _asked.get() is None:
+        return work()
+    future: Future[T] = Future()
+
+    def run() -> None:
+        try:
+            future.set_result(work())
+        except BaseException as error:
+            future.set_exception(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    while thread.is_alive():
+        thread.join(PATIENCE)
+        check()
+    return future.result()
 
 
 @contextlib.contextmanager

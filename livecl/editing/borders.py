@@ -94,17 +94,22 @@ def _with_strokes(
     plain[border_pairs(drawing)] = False
     if not plain[ring] or drawing.fills.kinds[ring] != SOLID or not plain[ring + 1 :].any():
         return None
-    alphas = layer_alphas(drawing, context.rasterizer).astype(np.float64)
-    inner = [
-        layer
-        for layer in range(ring + 1, drawing.num_layers)
-        if plain[layer] and (alphas[layer] * alphas[ring]).sum() > RINGS.inside * alphas[layer].sum() > 0
-    ]
+    alphas = layer_alphas(drawing, context.rasterizer)
+    inner = []
+    for layer in range(ring + 1, drawing.num_layers):
+        interruption.check()
+        own = alphas[layer].astype(np.float64)
+        if plain[layer] and (own * alphas[ring]).sum() > RINGS.inside * own.sum() > 0:
+            inner.append(layer)
     if not inner:
         return None
-    seen = visible_shares(alphas.astype(np.float32))[ring].astype(np.float64)
-    measured = {layer: _ring_width(drawing, layer, seen, alphas[layer]) for layer in inner}
-    widths = {layer: width for layer, width in measured.items() if width is not None}
+    seen = visible_shares(alphas)[ring].astype(np.float64)
+    widths = {}
+    for layer in inner:
+        interruption.check()
+        width = _ring_width(drawing, layer, seen, alphas[layer].astype(np.float64))
+        if width is not None:
+            widths[layer] = width
     fills = list(widths)
     if not fills:
         return None

@@ -8,6 +8,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.colors import parse_color
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
@@ -71,11 +72,18 @@ class _Picture:
     def of(cls, context: Context, drawing: Drawing, changed: NDArray[np.bool_], shares: ShareArray) -> _Picture:
         black = drawing.colors.copy()
         black[changed, :3] = 0
+        interruption.check()
         missing = context.target - context.rasterizer.forward(drawing.replace(colors=black))
         if missing.shape[2] == 4:
             missing = missing[..., :3] - missing[..., 3:] / 2
-        own = shares[changed].reshape(np.count_nonzero(changed), -1).astype(np.float64)
-        return cls(context.options.colors, own @ own.T, own @ missing.reshape(-1, 3))
+        count = np.count_nonzero(changed)
+        square, product = np.zeros((count, count)), np.zeros((count, 3))
+        for row, missed in zip(np.moveaxis(shares[changed], 1, 0), missing, strict=True):  # row by row of the picture
+            interruption.check()
+            own = row.astype(np.float64)
+            square += own @ own.T
+            product += own @ missed
+        return cls(context.options.colors, square, product)
 
     def solved(self, own: IntArray, fixed: FloatArray, count: int) -> tuple[FloatArray, float]:
         """Return the colours (count, 3) of clusters, the first of them `fixed`, and their error.
@@ -105,6 +113,7 @@ def fewest(picture: _Picture, colors: FloatArray, fixed: FloatArray) -> FloatArr
     for _ in range(ROUNDS):
         before = error
         for layer in np.argsort(-weights, kind="stable").tolist():
+            interruption.check()
             for other in range(len(few)):
                 moved = own.copy()
                 moved[layer] = other
@@ -138,6 +147,7 @@ def clustered(colors: FloatArray, weights: FloatArray, fixed: FloatArray, count:
     centers = [*fixed, *colors]
     masses = [*np.full(len(fixed), np.inf), *weights]
     while len(centers) > max(count, len(fixed), 1):
+        interruption.check()
         points, sizes = np.array(centers), np.array(masses)
         with np.errstate(divide="ignore", invalid="ignore"):
             shares = 1 / (1 / sizes[:, None] + 1 / sizes[None])

@@ -145,7 +145,10 @@ class _Paints:
 
     def __init__(self, drawing: Drawing) -> None:
         self.ground, self.colors = composited_colors(drawing)
-        self.opacities = [opacity_at_pixels(drawing, layer) for layer in range(drawing.num_layers)]
+        self.opacities = []
+        for layer in range(drawing.num_layers):
+            interruption.check()
+            self.opacities.append(opacity_at_pixels(drawing, layer))
 
 
 class _Editor:
@@ -169,11 +172,15 @@ class _Editor:
         for layer in range(len(self._alphas) - 2, -1, -1):
             interruption.check()
             self._above[layer] = self._above[layer + 1] * (1 - self._alphas[layer + 1])
+        interruption.check()
         self._rest = context.rasterizer.forward(drawing) - context.target
         missed = np.square(visible_error(self._rest), dtype=np.float64).sum(axis=-1)
-        edges = (self._alphas > EDGE[0]) & (self._alphas < EDGE[1])
-        noises = [np.median(missed[edge]) / MEDIAN_SQUARE if edge.any() else 0.0 for edge in edges]
-        self.number_errors = [max(NUMBER_ERROR, 2 * float(noise)) for noise in noises]
+        self.number_errors = []
+        for alphas in self._alphas:
+            interruption.check()
+            edge = (alphas > EDGE[0]) & (alphas < EDGE[1])
+            noise = np.median(missed[edge]) / MEDIAN_SQUARE if edge.any() else 0.0
+            self.number_errors.append(max(NUMBER_ERROR, 2 * float(noise)))
 
     def advance(self, layer: int) -> None:
         """Continue with the layer above."""
@@ -192,6 +199,7 @@ class _Editor:
             return found[0]
         drawing, present = self._drawing, self._alphas[layer]
         tried = Drawing.from_outlines(found[1:], drawing.colors[layer], drawing.size, drawing.background)
+        interruption.check()
         others = self._context.rasterizer.coverages(tried)
         window = window_of(np.maximum.reduce([others.max(axis=0), present]))
         opacity = self._paints.opacities[layer]

@@ -28,9 +28,12 @@ def branches_of(skeleton: NDArray[np.bool_]) -> tuple[list[Branch], list[FloatAr
     """
     around = np.ones((3, 3), np.int64)
     count = ndimage.convolve(skeleton.astype(np.int64), around, mode="constant") - 1
+    interruption.check()
     junctions, num_junctions = ndimage.label(skeleton & (count >= 3), around)
     parts, num_parts = ndimage.label(skeleton & (junctions == 0), around)
+    interruption.check()
     inner = ndimage.convolve((parts > 0).astype(np.int64), around, mode="constant") - 1
+    interruption.check()
     at = np.argwhere(junctions)
     sums = np.stack([np.bincount(junctions[tuple(at.T)] - 1, side, num_junctions) for side in at.T], axis=1)
     places = list(sums / np.bincount(junctions[tuple(at.T)] - 1, minlength=num_junctions)[:, None])

@@ -60,11 +60,8 @@ def center_lines(mask: NDArray[np.bool_]) -> list[CenterLine]:
     from skimage.morphology import skeletonize
 
     mask = np.pad(mask, PADDING)  # shapes end at the canvas's border
-    interruption.check()
-    skeleton = skeletonize(mask)
-    interruption.check()
-    radii = ndimage.distance_transform_edt(mask)
-    interruption.check()
+    skeleton = interruption.apart(lambda: skeletonize(mask))
+    radii = interruption.apart(lambda: ndimage.distance_transform_edt(mask))
     branches, places = branches_of(skeleton)
     graph = _Graph(branches, places, radii)
     graph.drop_spurs()

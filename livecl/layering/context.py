@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.drawing.drawing import Drawing
 from livecl.image.errors import mse, visible_mse
 from livecl.layering.regions import TargetPartitions
@@ -42,6 +43,7 @@ class Context:
 
     def mse(self, drawing: Drawing) -> float:
         """Return the mean squared error of a drawing over pixels and channels, as reported."""
+        interruption.check()
         return mse(self.rasterizer.forward(drawing), self.target)
 
     def visible_mse(self, drawing: Drawing) -> float:
@@ -49,4 +51,5 @@ class Context:
 
         Over a background it equals the mean squared error.
         """
+        interruption.check()
         return visible_mse(self.rasterizer.forward(drawing), self.target)

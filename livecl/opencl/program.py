@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pyopencl as cl
 
+from livecl import interruption
 from livecl.errors import KernelBuildError
 from livecl.opencl.caches import pocl_cache, pyopencl_cache
 from livecl.opencl.device import OpenDevice
@@ -92,6 +93,14 @@ def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int, fills
     them.
     """
     key = (opened, dtype.name, channels, fills)
+    if key not in _built:
+        interruption.apart(functools.partial(_build, key, dtype))
+    return _built[key]
+
+
+def _build(key: tuple[OpenDevice, str, int, bool], dtype: np.dtype[Any]) -> None:
+    """Build the program of a key of `_built`, unless another thread has."""
+    opened, _, channels, fills = key
     with _building:
         if key not in _built:
             options = build_options(dtype, channels, fills)
@@ -106,7 +115,6 @@ def build_program(opened: OpenDevice, dtype: np.dtype[Any], channels: int, fills
                     f"{what} left out {min(missing)}: the compiler's cache is broken; delete the folder {pocl_cache()}"
                 )
             _built[key] = built
-    return _built[key]
 
 
 def compile_source(opened: OpenDevice, source: str, options: Sequence[str] = ()) -> Any:

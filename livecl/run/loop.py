@@ -89,8 +89,9 @@ class Loop:
                 raise Stopped(CALLBACK)
             interruption.check()
             self._save_if_due()
-        step, revised = step_of(run, loss), run.revising
         with run.all_or_nothing():
+            run.untangle()
+            step, revised = step_of(run, loss), run.revising
             kept = run.end()
             self._note(extends=revised)
         tell_stage_end(self._on_step, step, kept)

@@ -16,9 +16,6 @@ from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
 from livecl.training.objective import Objective
 
-#: Seconds between two checks for interruption while waiting for the compiler.
-PATIENCE = 0.1
-
 _prepared: set[tuple[object, ...]] = set()
 
 
@@ -61,7 +58,7 @@ class Preparation:
     def wait(self) -> None:
         """Wait until all is compiled; an interruption ends the waiting, not the compiler."""
         while self._thread.is_alive():
-            self._thread.join(PATIENCE)
+            self._thread.join(interruption.PATIENCE)
             interruption.check()
 
     @staticmethod

@@ -106,9 +106,14 @@ class Run(Work):
         state.iteration += 1
         if options.end_early:
             judge_progress(state, loss, self._limit)
-        if options.untangle and training.untangles_now(state):
-            training.untangle_outlines(state, self.visible_mse if self.trained else None)
+        if options.untangle and training.untangles_now(state) and not self.trained:
+            training.untangle_outlines(state)
         return loss
+
+    def untangle(self) -> None:
+        """Take the loops out of the outlines of a phase that is trained, but for those that show something."""
+        if self.options.untangle and self.state.iteration:
+            training.untangle_outlines(self.state, self.visible_mse)
 
     def _planned_length(self, phase: Phase) -> int:
         """Return the number of steps of a phase: fewer if a later phase certainly trains its layers further.

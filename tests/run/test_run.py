@@ -162,4 +162,6 @@ def test_what_loops_show_is_looked_at_once_a_phase(device: int, monkeypatch: pyt
     run.begin()
     while not run.trained:
         run.step()
+    assert looks == []
+    run.untangle()
     assert looks == [80]

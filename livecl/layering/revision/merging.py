@@ -108,7 +108,10 @@ def merge_neighbors(context: Context, drawing: Drawing, free: NDArray[np.bool_],
 def _pairs(drawing: Drawing, shares: NDArray[Any], regions: NDArray[Any]) -> list[tuple[int, int]]:
     """Return the pairs to merge, lower layer first, ordered by the area of their smaller part."""
     areas = (shares > VISIBLE_SHARE).sum(axis=(1, 2))
-    homes = [int(np.argmax(np.bincount(regions[share > VISIBLE_SHARE], minlength=1))) for share in shares]
+    homes = []
+    for share in shares:
+        interruption.check()
+        homes.append(int(np.argmax(np.bincount(regions[share > VISIBLE_SHARE], minlength=1))))
     pairs = [(int(i), int(j)) for i, j in mergeable_pairs(drawing, shares) if homes[i] == homes[j]]
     return sorted(pairs, key=lambda pair: (min(areas[list(pair)]), pair))
 

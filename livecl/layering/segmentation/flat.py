@@ -18,7 +18,13 @@ from scipy import ndimage
 from livecl import interruption
 from livecl.arrays import FloatArray, IntArray
 from livecl.layering.fills.ramps import LAYER_NUMBERS
-from livecl.layering.segmentation.labels import EIGHT_NEIGHBORS, grid_components, means_of, with_blocks
+from livecl.layering.segmentation.labels import (
+    EIGHT_NEIGHBORS,
+    equal_components,
+    grid_components,
+    means_of,
+    with_blocks,
+)
 from livecl.layering.segmentation.mixtures import Mixture, explain, with_seams
 from livecl.layering.segmentation.noise import noise_level, noisy_cores
 from livecl.layering.segmentation.small import ALIKE_OF_NOISE, SAME_STEP, without_small
@@ -263,12 +269,7 @@ def regions_of(
         labels = labels[tuple(nearest)]
         other = np.where(other == 0, labels, other)
     interruption.check()
-    parts = grid_components(
-        labels[:, 1:] == labels[:, :-1],
-        labels[1:] == labels[:-1],
-        labels[1:, 1:] == labels[:-1, :-1],
-        labels[1:, :-1] == labels[:-1, 1:],
-    )
+    parts = equal_components(labels)
     interruption.check()
     cores = np.zeros(parts.max() + 1, np.int64)
     cores[parts.ravel()] = labels.ravel()

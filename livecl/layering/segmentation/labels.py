@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
+from scipy import ndimage
 
 from livecl import interruption
 from livecl.arrays import FloatArray, IntArray
@@ -15,17 +14,22 @@ from livecl.arrays import FloatArray, IntArray
 EIGHT_NEIGHBORS = np.ones((3, 3), bool)
 
 
-def grid_components(right: NDArray[np.bool_], down: NDArray[np.bool_], *slanted: NDArray[np.bool_]) -> IntArray:
-    """Label the components of pixels connected to right, lower and, optionally, diagonal neighbours."""
+def grid_components(right: NDArray[np.bool_], down: NDArray[np.bool_]) -> IntArray:
+    """Label the components of pixels connected to right and lower neighbours, from 0 on in the order of their pixels.
+
+    They are the components of a picture twice as wide and high, of the pixels and what connects them.
+    """
     height, width = right.shape[0], down.shape[1]
-    n = np.arange(height * width).reshape(height, width)
-    starts, ends = [n[:, :-1][right], n[:-1][down]], [n[:, 1:][right], n[1:][down]]
-    if slanted:
-        starts += [n[:-1, :-1][slanted[0]], n[:-1, 1:][slanted[1]]]
-        ends += [n[1:, 1:][slanted[0]], n[1:, :-1][slanted[1]]]
-    a, b = np.concatenate(starts), np.concatenate(ends)
-    graph = sparse.coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(n.size, n.size))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64).reshape(height, width)
+    joined = np.zeros((2 * height - 1, 2 * width - 1), bool)
+    joined[::2, ::2], joined[::2, 1::2], joined[1::2, ::2] = True, right, down
+    return np.asarray(ndimage.label(joined)[0][::2, ::2], dtype=np.int64) - 1
+
+
+def equal_components(labels: IntArray) -> IntArray:
+    """Label the components of pixels connected to any of eight equal neighbours, from 0 on in the order of pixels."""
+    from skimage.measure import label
+
+    return np.asarray(label(labels, background=-1, connectivity=2), dtype=np.int64) - 1
 
 
 def with_blocks(labels: IntArray) -> IntArray:

@@ -8,6 +8,8 @@ iterated conditional modes: Besag 1986). So noise adds no regions.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -150,6 +152,7 @@ def _palette(image: FloatArray, noise: float) -> FloatArray | None:
         found, counts = np.unique(bins, return_counts=True)
         center = np.array(np.unravel_index(found[np.argmax(counts)], tuple(sides))) * BIN
         for _ in range(3):
+            interruption.check()
             near = np.abs(means - center).max(axis=1) <= radius
             center = means[near].mean(axis=0) if near.any() else center
         near = np.abs(means - center).max(axis=1) <= radius
@@ -174,19 +177,33 @@ def _told_apart(palette: FloatArray, radius: float) -> FloatArray:
 def _relaxed(image: FloatArray, palette: FloatArray, noise: float) -> IntArray:
     """Return the index of each pixel's colour: the nearest, regularized by its neighbours."""
     spread = SPREAD + SPREAD_OF_NOISE * noise
-    cost = np.empty((len(palette), *image.shape[:2]))
-    for k, color in enumerate(palette):
-        interruption.check()
-        cost[k] = np.minimum(np.square((image - color) / spread).sum(axis=-1) / 2, MOST_COST)
-    nearest = cost.argmin(axis=0)
+    costs = [np.minimum(np.square((image - color) / spread).sum(axis=-1) / 2, MOST_COST) for color in _asking(palette)]
+    nearest = _least(costs)
     for _ in range(ROUNDS):
-        lower = cost.copy()
-        interruption.check()
-        for k in range(len(palette)):
-            interruption.check()
-            lower[k] -= 9 * NEIGHBOR * ndimage.uniform_filter((nearest == k).astype(np.float64), 3)
-        changed = lower.argmin(axis=0)
+        lower = (
+            cost - 9 * NEIGHBOR * ndimage.uniform_filter((nearest == k).astype(np.float64), 3)
+            for k, cost in enumerate(costs)
+        )
+        changed = _least(lower)
         if np.array_equal(changed, nearest):
             break
         nearest = changed
-    return np.asarray(nearest, dtype=np.int64)
+    return nearest
+
+
+def _least(costs: Iterable[FloatArray]) -> IntArray:
+    """Return the index of the least of some arrays at each pixel (H, W), the first of equal ones."""
+    every = iter(costs)
+    least = next(every)
+    found = np.zeros(least.shape, np.int64)
+    for k, cost in enumerate(_asking(every), start=1):
+        lower = cost < least
+        found[lower], least = k, np.minimum(cost, least)
+    return found
+
+
+def _asking(items: Iterable[FloatArray]) -> Iterator[FloatArray]:
+    """Yield items, and look before each whether to go on."""
+    for item in items:
+        interruption.check()
+        yield item

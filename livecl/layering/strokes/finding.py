@@ -16,9 +16,10 @@ from livecl.drawing.drawing import Drawing
 from livecl.drawing.strokes import Strokes
 from livecl.geometry.strokes import BUTT, MITER, ROUND
 from livecl.layering.context import Context
+from livecl.layering.segmentation.paper import paper_of, without_shading
 from livecl.layering.strokes.bridges import bridged
 from livecl.layering.strokes.ends import lengthened
-from livecl.layering.strokes.inks import INKS, inks_of, paper_of, without_shading
+from livecl.layering.strokes.inks import INKS, inks_of
 from livecl.layering.strokes.lines import RULES, Line, StrokeRules, find_traces, fitted_line
 
 FloatArray = NDArray[np.float64]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inks and paper of line art: their colours, and the coverage of each pixel by each ink.
+"""Inks of line art: their colours, and the coverage of each pixel by each ink.
 
 The paper is the most frequent colour, which may vary slowly over the picture, like the light on a photographed sheet;
 inks are the colours farthest from it. The coverage of a pixel is the position of its colour between paper and ink,
@@ -31,8 +31,6 @@ class InkRules:
     even: float = 0.15  # largest share by which pixels within ink differ from their neighbours
     few: int = 4  # fewest pixels that determine an ink's colour
     near: float = 0.7  # standard deviation, px, of the Gaussian window in which a pixel's ink is decided
-    shading: float = 0.03  # least change of the paper's colour over the picture that is corrected
-    rounds: int = 4  # rounds of least squares, each without the pixels that the last one finds to be no paper
 
 
 INKS = InkRules()
@@ -43,36 +41,6 @@ class Ink(NamedTuple):
 
     color: FloatArray
     coverage: FloatArray
-
-
-def paper_of(target: FloatArray) -> FloatArray:
-    """Return the colour of the paper, the most frequent one: the median of the fullest bin of a colour histogram."""
-    pixels = target.reshape(-1, target.shape[2])
-    cells = np.floor(np.clip(pixels, 0, 1) * 15.999).astype(np.int64) @ 16 ** np.arange(pixels.shape[1])
-    values, counts = np.unique(cells, return_counts=True)
-    return np.asarray(np.median(pixels[cells == values[np.argmax(counts)]], axis=0))
-
-
-def without_shading(target: FloatArray, paper: FloatArray) -> FloatArray:
-    """Correct uneven lighting: divide a picture (H, W, C) by a quadratic polynomial fitted to its paper.
-
-    The polynomial is fitted to the pixels near the paper's colour, then to those near the polynomial. If the paper
-    varies by less than `INKS.shading`, or by more than lighting does, the picture is returned unchanged.
-    """
-    rows, columns = np.indices(target.shape[:2])
-    y, x = 2 * rows.ravel() / max(rows.max(), 1) - 1, 2 * columns.ravel() / max(columns.max(), 1) - 1
-    terms = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y], axis=1)
-    pixels = target.reshape(-1, target.shape[2])
-    shade = np.broadcast_to(paper, pixels.shape)
-    for _ in range(INKS.rounds):
-        near = np.abs(pixels - shade).max(axis=1) < INKS.contrast / 2
-        if near.mean() < 0.25:
-            return target
-        shade = terms @ np.linalg.lstsq(terms[near], pixels[near], rcond=None)[0]
-    change = np.ptp(shade, axis=0).max()
-    if change < INKS.shading or shade.min() < 0.25 * max(float(paper.min()), 1e-6):
-        return target
-    return np.clip(target * (paper / np.maximum(shade, 1e-3)).reshape(target.shape), 0, 1)
 
 
 def inks_of(target: FloatArray, paper: FloatArray) -> list[Ink]:

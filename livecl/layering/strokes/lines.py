@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 
 import numpy as np
@@ -157,11 +158,11 @@ def find_lines(coverage: FloatArray, rules: StrokeRules = RULES) -> list[Line]:
 
 def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[InkTrace], list[Line]]:
     """Find the centre lines of one ink from its coverage (H, W), the longest first, and its dots."""
+    interruption.check()
     smooth = ndimage.gaussian_filter(coverage, rules.blur)
     half = np.maximum(ndimage.maximum_filter(smooth, 2 * rules.near + 1) / 2, rules.faint)
-    fine, border = (
-        ndimage.zoom(values, rules.oversampling, order=1, grid_mode=True, mode="nearest") for values in (smooth, half)
-    )
+    finer = functools.partial(ndimage.zoom, zoom=rules.oversampling, order=1, grid_mode=True, mode="nearest")
+    fine, border = (interruption.apart(functools.partial(finer, values)) for values in (smooth, half))
     shapes, num_shapes = ndimage.label(fine > border, np.ones((3, 3)))
     interruption.check()
     kept: list[CenterLine] = []
@@ -182,6 +183,7 @@ def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[
     ]
     interruption.check()
     boxes = ndimage.find_objects(shapes)
+    interruption.check()
     blobs = [(shapes[box] == number, box) for number, box in enumerate(boxes, 1) if not usual[number]]
     spots = [
         _spot(blob, box, rules)

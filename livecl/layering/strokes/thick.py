@@ -24,15 +24,12 @@ def thick_parts(
     `rules` are the `StrokeRules.thick`, `same_width` and `drawn`.
     """
     thick, same_width, share = rules
-    interruption.check()
-    inside = ndimage.distance_transform_edt(shapes > 0)
-    interruption.check()
+    inside = interruption.apart(lambda: ndimage.distance_transform_edt(shapes > 0))
     radii = thick * usual[shapes]
     core = (radii > 0) & (inside > radii)
     if not core.any():
         return []
-    away, (rows, columns) = ndimage.distance_transform_edt(~core, return_indices=True)
-    interruption.check()
+    away, (rows, columns) = interruption.apart(lambda: ndimage.distance_transform_edt(~core, return_indices=True))
     parts, _ = ndimage.label((away <= radii[rows, columns]) & (shapes > 0))
     # Lines away from a part are not asked; of the others' points only those within the line's width are looked for.
     reaches = [same_width * float(np.median(line.radii)) for line in lines]

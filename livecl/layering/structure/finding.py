@@ -16,6 +16,7 @@ from livecl.layering.fills.ramps import Shading
 from livecl.layering.outlines.contours import Outlines
 from livecl.layering.outlines.prices import PRICES
 from livecl.layering.segmentation.flat import FlatRegions, clean_regions, flatness, noisy_regions
+from livecl.layering.segmentation.paper import lit_regions
 from livecl.layering.segmentation.smooth import SmoothRegions, smooth_regions, smoothness, unmixed
 from livecl.layering.structure.depth import ground_regions, screens
 from livecl.layering.structure.layers import PLAIN, Assumptions, Layer, find_layers
@@ -127,33 +128,36 @@ def _explained_by_regions(
 ) -> Structure | None:
     """Return the structure of flat or smoothly shaded regions that explains a picture, if one does."""
     pixels = np.frombuffer(data, np.float32).reshape(shape)
-    noisy, smooth, price = _noisy(data, shape), None, 0.0
+    noisy, price = _noisy(data, shape), 0.0
     if noisy is not None and not _many_explained(noisy):
         noisy = None
+    kinds: list[FlatRegions] = [] if noisy is None else [noisy]
     interruption.check()
     flat = flatness(pixels)
     interruption.check()
     if shading is not None and flat.slopes > SOME_SLOPES:
         price = shading.price_in(pixels[..., 0].size)
-        shaded = smoothness(pixels) >= (CORE_SHARE if noisy is None else CLEAN_SHARE)
-        if shaded and unmixed(pixels, EXPLAINED) <= UNMIXED_SHARE:
-            smooth = smooth_regions(pixels, price, shading.kinds)
-            if not (_many_explained(smooth) and smooth.shaded):
-                smooth = None
+        lit = lit_regions(pixels, price, shading.kinds) if noisy is None else None
+        kinds += _shaded(lit)
+        if smoothness(pixels) >= (CLEAN_SHARE if kinds else CORE_SHARE) and unmixed(pixels, EXPLAINED) <= UNMIXED_SHARE:
+            kinds += _shaded(smooth_regions(pixels, price, shading.kinds))
     # What was taken for noise may be slopes: the cheaper explanation comes first.
-    cheaper = noisy is None or (smooth is not None and smooth.cost(price) < noisy.cost(price))
-    for regions in (smooth, noisy) if cheaper else (noisy, smooth):
-        explaining = None
+    for regions in sorted(kinds, key=lambda regions: regions.cost(price)):
         if isinstance(regions, SmoothRegions):
             found = _explained(Outlines(regions), np.array(ground), numbers[0])
             explaining = found if found is not None and found.shaded else None
-        elif regions is not None:
+        else:
             explaining = _judged_flat(data, shape, ground, numbers)
         if explaining is not None:
             return explaining
     if flat.cored < CORE_SHARE or flat.bands > MOST_BANDS or flat.cores > _most_regions(shape):
         return None
     return _judged_flat(data, shape, ground, numbers) if _many_explained(_regions(data, shape)) else None
+
+
+def _shaded(regions: SmoothRegions | None) -> list[SmoothRegions]:
+    """Return the regions, if they explain a picture and any has a gradient; else none."""
+    return [regions] if regions is not None and _many_explained(regions) and regions.shaded else []
 
 
 def _judged_flat(

@@ -103,6 +103,7 @@ class Structure:
         size = regions.labels.shape
         top, second = np.zeros((2, *size), np.int64)
         for number, (mask, layer) in enumerate(zip(masks, layers, strict=True), start=1):
+            interruption.check()
             if not layer.over:
                 second[mask], top[mask] = top[mask], number
         lost = np.square(painted(regions, layers, ground, top) - painted(regions, layers, ground, second)).sum(axis=-1)
@@ -305,12 +306,13 @@ class Structure:
 
 def mask_of(layer: Layer, size: tuple[int, int]) -> BoolArray:
     """Rasterize a layer's outlines to pixels (H, W)."""
-    from skimage.draw import polygon2mask
+    from skimage.draw import polygon
 
-    interruption.check()
     winding = np.zeros(size, np.int64)
     for points in layer.outlines:
-        winding[polygon2mask(size, points[:, ::-1] - 0.5)] += int(np.sign(polygon_area(points)))
+        interruption.check()
+        rows, columns = points.T[::-1] - 0.5
+        winding[polygon(rows, columns, size)] += int(np.sign(polygon_area(points)))
     return np.asarray(winding != 0)
 
 
@@ -332,6 +334,7 @@ def painted(regions: FlatRegions, layers: list[Layer], ground: FloatArray, numbe
     if isinstance(regions, SmoothRegions):
         for number, layer in enumerate(layers, start=1):
             if not layer.over and not regions.paint(layer.shown).solid:
+                interruption.check()
                 mask = numbers == number
                 image[mask] = regions.shown(layer.shown, mask)
     return np.asarray(image)

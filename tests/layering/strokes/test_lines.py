@@ -10,8 +10,9 @@ from support.line_drawings import DRAWINGS, GRAY, disturbed
 
 from livecl import Drawing, Options, Rasterizer, render, vectorize
 from livecl.layering.context import Context
+from livecl.layering.segmentation.paper import paper_of, without_shading
 from livecl.layering.strokes.finding import find_strokes
-from livecl.layering.strokes.inks import inks_of, paper_of, without_shading
+from livecl.layering.strokes.inks import inks_of
 from livecl.layering.strokes.lines import find_lines
 from livecl.layering.strokes.pens import with_fewer_pens
 
