@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 from collections.abc import Sequence
 from typing import Literal
 
@@ -76,6 +77,12 @@ class Beginning:
         return parse_schedule(self.schedule, self.paths)
 
 
+def _load_libraries() -> None:
+    """Import the parts of SciPy and scikit-image that the search for structure needs: it takes up to a second."""
+    for name in ("skimage.draw", "skimage.measure", "livecl.layering.structure"):
+        importlib.import_module(name)
+
+
 def placed_by(
     options: Options,
     image: NDArray[np.float32],
@@ -90,8 +97,9 @@ def placed_by(
     if options.placement != "structure":
         return options
     if options.shape == "outline" and options.background != TRAIN and options.new_color == "target":
+        interruption.apart(_load_libraries)
         from livecl.layering.fills.choice import shading_of
-        from livecl.layering.structure import structure_kind  # loads SciPy
+        from livecl.layering.structure import structure_kind
 
         interruption.check()
         target, ground = target_over(image, drawing.background), drawing.background

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from livecl.layering.segmentation.labels import grid_components, means_of, with_blocks
+from livecl.layering.segmentation.labels import equal_components, grid_components, means_of, with_blocks
 
 
 def test_means_of_labels() -> None:
@@ -19,9 +19,12 @@ def test_components_are_joined_by_what_holds_between_neighbours() -> None:
     labels = grid_components(right, down)
     assert labels[0, 0] == labels[0, 1] and labels[1, 1] == labels[1, 2] == labels[0, 2]
     assert len(np.unique(labels)) == 3
-    slanted = np.array([[True, False]]), np.zeros((1, 2), bool)  # down to the right, down to the left
-    joined = grid_components(np.zeros((2, 2), bool), np.zeros((1, 3), bool), *slanted)
-    assert joined[0, 0] == joined[1, 1] and len(np.unique(joined)) == 5
+    assert labels.ravel()[0] == 0 and (np.diff(np.unique(labels, return_index=True)[1]) > 0).all()
+
+
+def test_equal_neighbours_on_all_eight_sides_are_joined() -> None:
+    labels = np.array([[0, 5, 7], [5, 0, 7], [5, 5, 0]])
+    np.testing.assert_array_equal(equal_components(labels), [[0, 1, 2], [1, 0, 2], [1, 1, 0]])
 
 
 def test_labels_without_a_block_of_four_pixels_become_0_and_the_others_are_numbered_in_order() -> None:

@@ -266,9 +266,17 @@ def test_borders_of_near_grays_are_no_shading() -> None:
     assert found is not None and len(found.regions.sizes) == 9
 
 
+def test_a_noisy_ramp_is_one_gradient() -> None:
+    grain = np.random.default_rng(0).uniform(-0.03, 0.03, (64, 64, 3))
+    ramp = (np.linspace(0.2, 0.8, 64)[None, :, None] + grain).astype(np.float32)
+    found = found_structure(ramp, WHITE, MANY, SHADING)
+    assert found is not None and found.shaded and len(found.ranked) == 1
+
+
 def test_regions_are_not_cut_out_of_what_is_nowhere_smooth(monkeypatch: pytest.MonkeyPatch) -> None:
     grain = np.random.default_rng(0).uniform(-0.03, 0.03, (64, 64, 3))
-    photograph = (np.linspace(0.2, 0.8, 64)[None, :, None] + grain).astype(np.float32)
+    waves = 0.3 * np.sin(np.arange(64) / 3)[:, None, None] * np.sin(np.arange(64) / 4)[None, :, None]
+    photograph = (0.5 + waves + grain).astype(np.float32)
     monkeypatch.setattr(finding, "noisy_regions", lambda image: None)
     monkeypatch.setattr(finding, "clean_regions", lambda image: pytest.fail("it takes long"))
     monkeypatch.setattr(finding, "smooth_regions", lambda *arguments: pytest.fail("it takes long"))
