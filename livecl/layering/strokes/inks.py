@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from livecl import interruption
+
 FloatArray = NDArray[np.float64]
 
 
@@ -49,31 +51,34 @@ def inks_of(target: FloatArray, paper: FloatArray) -> list[Ink]:
     away = np.linalg.norm(smooth - paper, axis=2)
     peaks = (away >= ndimage.maximum_filter(away, 3)) & (away > INKS.contrast)
     inner = (ndimage.minimum_filter(away, 3) > (1 - INKS.even) * away) & (away > INKS.contrast)
-    colors, filled = target[peaks], target[inner]
+    colors, filled = target[peaks][np.argsort(-away[peaks], kind="stable")], target[inner]
     inks: list[FloatArray] = []
-    for color in colors[np.argsort(-away[peaks], kind="stable")]:
-        if not any(_between(color, paper, ink) < INKS.same_ink for ink in inks):
-            near = np.linalg.norm(colors - color, axis=1) < INKS.same_ink
-            if near.sum() >= max(INKS.few, 0.01 * len(colors)):
-                full = filled[np.linalg.norm(filled - color, axis=1) < INKS.same_ink]
-                inks.append(np.median(full if len(full) >= INKS.few else colors[near], axis=0))
+    known = np.zeros(len(colors), bool)  # colours between the paper and an ink
+    for k, color in enumerate(colors):
+        if known[k]:
+            continue
+        interruption.check()
+        near = np.linalg.norm(colors - color, axis=1) < INKS.same_ink
+        if near.sum() >= max(INKS.few, 0.01 * len(colors)):
+            full = filled[np.linalg.norm(filled - color, axis=1) < INKS.same_ink]
+            inks.append(np.median(full if len(full) >= INKS.few else colors[near], axis=0))
+            known |= _between(colors, paper, inks[-1]) < INKS.same_ink
     if not inks:
         return []
-    shares = np.stack(
-        [np.clip((target - paper) @ (ink - paper) / ((ink - paper) @ (ink - paper)), 0, 1) for ink in inks]
-    )
-    misses = np.stack(
-        [
-            ndimage.gaussian_filter(np.square(target - paper - share[..., None] * (ink - paper)).sum(axis=2), INKS.near)
-            for ink, share in zip(inks, shares, strict=True)
-        ]
-    )
+    shares, misses = [], []
+    for ink in inks:
+        interruption.check()
+        way = ink - paper
+        share = np.clip((target - paper) @ way / (way @ way), 0, 1)
+        missed = np.square(target - paper - share[..., None] * way).sum(axis=2)
+        shares.append(share)
+        misses.append(ndimage.gaussian_filter(missed, INKS.near))
     nearest = np.argmin(misses, axis=0)
     return [Ink(ink, np.where(nearest == index, shares[index], 0.0)) for index, ink in enumerate(inks)]
 
 
-def _between(color: FloatArray, paper: FloatArray, ink: FloatArray) -> float:
-    """Return the distance of a colour from the segment between paper and ink."""
+def _between(colors: FloatArray, paper: FloatArray, ink: FloatArray) -> FloatArray:
+    """Return the distance of each colour, (n, C), from the segment between paper and ink: (n,)."""
     along = ink - paper
-    share = np.clip((color - paper) @ along / (along @ along), 0, 1)
-    return float(np.linalg.norm(color - paper - share * along))
+    shares = np.clip((colors - paper) @ along / (along @ along), 0, 1)
+    return np.asarray(np.linalg.norm(colors - paper - shares[:, None] * along, axis=1))
