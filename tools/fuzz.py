@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fuzzing: random input to livecl's readers and options, which must be read right or refused in one line.
 
-Hypothesis chooses the cases and makes those that go wrong as small as it can, in a process of its own, limited in
-memory and time, which is started again where it crashes. docs/reliability.md tells what has to hold of each kind.
+Hypothesis chooses the cases and shrinks those that fail, in a separate process, limited in memory and time, which is
+restarted when it crashes. docs/reliability.md has the requirements of each kind.
 """
 
 from __future__ import annotations

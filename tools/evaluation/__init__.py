@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `tools/evaluate.py` is made of: methods, runs, measures, tables, plots and contact sheets."""
+"""Parts of `tools/evaluate.py`: methods, runs, measures, tables, plots and contact sheets."""

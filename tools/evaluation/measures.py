@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is measured of a saved SVG: closeness in an independent renderer's picture and in our own, size, layers, things.
+"""Measures of a saved SVG: error in an independent renderer's picture and in our own, size, layers, things.
 
-Things are measured where the SVG that the picture was made from lies beside it.
+Things are measured if the true SVG, from which the picture was made, is beside it.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from livecl.rendering.rasterizer import Rasterizer
 from livecl.svg import read_svg
 
 FloatImage = NDArray[np.float32]
-#: Colours are compared so much larger, where edges between pixels show.
+#: Scale at which colours are compared, so that edges between pixels are visible.
 ENLARGED = 4
 
 
 def true_svg(picture: Path) -> Path | None:
-    """Return the SVG that a picture was made from, the file of its name beside it; None where there is none."""
+    """Return the true SVG of a picture, the file of its name beside it; None if there is none."""
     file = picture.with_suffix(".svg")
     return file if file.is_file() else None
 
 
 @functools.lru_cache(maxsize=2)
 def true_drawing(svg: Path) -> Drawing:
-    """Return the drawing of a true SVG; what cannot be read as filled paths is left out."""
+    """Return the drawing of a true SVG, without unsupported features."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         return read_svg(svg)
@@ -47,7 +47,7 @@ def resvg_picture(svg: bytes, size: tuple[int, int] | None = None) -> FloatImage
     height, width = size or (None, None)
     image = shown_by_resvg(svg, width=width, height=height)
     picture = (image[..., :3] + 1 - image[..., 3:]).astype(np.float32)
-    if size is not None and picture.shape[:2] != size:  # resvg keeps proportions: a pixel less, where those are rounded
+    if size is not None and picture.shape[:2] != size:  # resvg keeps proportions: rounding may cost a pixel
         picture = resize(picture, (*size, 3), order=1).astype(np.float32)
     return picture
 
@@ -62,11 +62,11 @@ def measure(svg: Path, target: FloatImage, rasterizer: Rasterizer, true: Path | 
     svg : Path
         A saved file.
     target : (H, W, 3) float32
-        What it should look like.
+        The picture.
     rasterizer : Rasterizer
         Of the target's size.
     true : Path, optional
-        The SVG that the picture was made from.
+        The true SVG.
     """
     data = svg.read_bytes()
     drawing = read_svg(data)

@@ -10,7 +10,7 @@ from typing import Any
 
 from livecl.options import PRESETS, Options
 
-#: The preset that stands for VTracer; the others are those of livecl.
+#: The preset for VTracer; all others are livecl's.
 VTRACER = "vtracer"
 #: VTracer's own parameters that a method may change.
 VTRACER_PARAMETERS = {
@@ -34,7 +34,7 @@ class Method:
     one_stage : bool
         Place all paths at once, instead of in growing stages.
     disturbance : str
-        What is done to the picture before (`quality.DISTURBANCES`), or nothing; it is measured by the clean one.
+        Disturbance of the picture (`quality.DISTURBANCES`), or ""; errors are measured against the clean one.
     """
 
     name: str
@@ -44,11 +44,11 @@ class Method:
     disturbance: str = ""
 
     def under(self, disturbance: str) -> Method:
-        """Return the method on disturbed pictures, called by both names."""
+        """Return the method on disturbed pictures, with a combined name."""
         return dataclasses.replace(self, name=f"{self.name}+{disturbance}", disturbance=disturbance)
 
     def options(self) -> Options:
-        """Return livecl's options; ValueError if there are none such."""
+        """Return livecl's options; ValueError if they are invalid."""
         known = [field.name for field in dataclasses.fields(Options)]
         if unknown := set(self.changes) - set(known):
             raise ValueError(
@@ -67,14 +67,14 @@ class Method:
             raise ValueError(f"method {self.name}: VTracer has no parameter {', '.join(sorted(unknown))}")
 
     def describe(self) -> dict[str, Any]:
-        """Return everything that decides what the method does."""
+        """Return everything that determines the method."""
         if self.preset == VTRACER:
             return {"preset": VTRACER, "disturbance": self.disturbance, **self.changes}
         own = {"one_stage": self.one_stage, "disturbance": self.disturbance}
         return {**dataclasses.asdict(self.options()), **own}
 
 
-#: The methods that are known by name: ours, the paper's, its comparison, and a tracer.
+#: The methods known by name: ours, the paper's, its baseline, and a tracer.
 METHODS = {
     method.name: method
     for method in (
@@ -88,10 +88,10 @@ METHODS = {
 
 
 def parse_method(text: str) -> Method:
-    """Return the method that "name:key=value,key=value" defines.
+    """Parse a method, "name:key=value,key=value".
 
-    Keys are the options' names; `preset` says which set they change (the default one if not given), and `stages` is
-    "growing" or "one". Raises ValueError if it cannot be read.
+    Keys are the options' names, `preset` (the set that they change) and `stages`, "growing" or "one". Raises ValueError
+    if it is invalid.
 
     >>> parse_method("few:preset=paper,iterations=50").options().iterations
     50

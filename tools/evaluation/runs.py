@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs: one picture by one method, in a process of its own, kept in a folder that says how it was made."""
+"""Runs: one picture by one method, in a separate process, kept in a folder with its settings."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ from livecl.rendering.rasterizer import Rasterizer
 from livecl.schedule import growing_schedule
 from livecl.svg import save_svg
 
-#: What changes nothing in the outcome of a run.
+#: Parts of the package that do not affect the outcome of a run.
 _WITHOUT_EFFECT = {"__init__.py", "__main__.py", "batch", "cli", "vae", "views"}
 _RESULT = "result.json"
-#: Numbers of paths by a word: as the method chooses; as many as the things, or the shapes, of the true SVG.
+#: Numbers of paths by name: chosen by the method; the number of things, or of shapes, of the true SVG.
 AUTO, THINGS, SHAPES = "auto", "things", "shapes"
 
 Row = dict[str, Any]
@@ -54,11 +54,11 @@ class Run:
     picture : Path
         The picture's file.
     method : Method
-        What is run on it.
+        The method.
     asked : int, str or None
-        Number of paths asked for, or "auto", "things", "shapes"; None where the method takes none.
+        Requested number of paths, or "auto", "things", "shapes"; None if the method takes none.
     seed : int
-        Seed of whatever is random.
+        Seed of all random choices.
     device : str or None
         OpenCL device.
     output : Path
@@ -74,29 +74,29 @@ class Run:
 
     @property
     def name(self) -> str:
-        """Name of the picture: its folder's and its own."""
+        """Name of the picture, with its folder's."""
         return picture_name(self.picture)
 
     @property
     def title(self) -> str:
-        """What the run is called in messages."""
+        """Name of the run in messages."""
         return f"{self.method.name} {self.name}" + ("" if self.asked is None else f" at {self.asked}")
 
     @property
     def folder(self) -> Path:
-        """Where the run's SVGs and its result lie."""
+        """Folder of the run's SVGs and result."""
         return self.output / "runs" / self.method.name / self.name / ("free" if self.asked is None else str(self.asked))
 
     @property
     def schedule(self) -> tuple[int, ...] | None:
-        """Paths that each stage adds; None where the method chooses."""
+        """Paths added by each stage; None if the method chooses."""
         if self.asked is None or self.asked == AUTO:
             return None
         count = self.asked if isinstance(self.asked, int) else _number(self.asked, self.picture)
         return (count,) if self.method.one_stage else growing_schedule(count)
 
     def key(self) -> Row:
-        """Return everything that decides the outcome; a kept result of another key is not taken."""
+        """Return everything that determines the outcome; kept results with another key are not used."""
         return {
             "picture": hashlib.sha256(self.picture.read_bytes()).hexdigest(),
             "true": (true := true_svg(self.picture)) and hashlib.sha256(true.read_bytes()).hexdigest(),
@@ -109,7 +109,7 @@ class Run:
         }
 
     def kept_rows(self) -> list[Row] | None:
-        """Return the rows of a run that is finished already, or None."""
+        """Return the rows of a finished run, or None."""
         try:
             result = json.loads((self.folder / _RESULT).read_text())
         except (OSError, ValueError):
@@ -119,12 +119,12 @@ class Run:
 
 
 def picture_name(picture: Path) -> str:
-    """Return the picture's name among all: that of its folder and its own."""
+    """Return the picture's name with its folder's."""
     return f"{picture.resolve().parent.name or 'root'}/{picture.name}"
 
 
 def picture_group(picture: Path) -> str:
-    """Return the kind of picture: what stands before the first _ of its name, or its folder's name.
+    """Return the kind of picture: the part of its name before the first _, or its folder's name.
 
     >>> picture_group(Path("pics/photo_coffee.png")), picture_group(Path("/data/emoji/1f600.png"))
     ('photo', 'emoji')
@@ -135,7 +135,7 @@ def picture_group(picture: Path) -> str:
 
 @functools.cache
 def source_digest() -> str:
-    """Return a digest of the library, the kernels and the measures: whatever can change a result."""
+    """Return a digest of the library, the kernels and the measures: all that can change a result."""
     folders = {Path(livecl.__file__).parent: "*.py", kernel_dir(): "*.[ch]*", Path(__file__).parent: "measures.py"}
     digest = hashlib.sha256()
     for folder, pattern in folders.items():
@@ -155,9 +155,9 @@ def plan(
     device: str | None,
     output: Path,
 ) -> list[Run]:
-    """Return the runs of every method at every number of paths; VTracer takes none, and runs once.
+    """Return the runs of every method at every number of paths; VTracer, which takes none, runs once.
 
-    ValueError where a number is that of a true SVG's things or shapes, and there is no such file.
+    Raises ValueError if a number is that of a true SVG's things or shapes, and there is no such file.
     """
     runs = [
         Run(picture=picture, method=method, asked=count, seed=seed, device=device, output=output)
@@ -171,7 +171,7 @@ def plan(
 
 
 def _number(word: str, picture: Path) -> int:
-    """Return the things or shapes of the SVG that a picture was made from, one at least."""
+    """Return the number of things or shapes of a picture's true SVG, at least 1."""
     svg = true_svg(picture)
     if svg is None:
         raise ValueError(f"{picture}: there is no SVG beside it")
@@ -182,7 +182,7 @@ def _number(word: str, picture: Path) -> int:
 
 
 def execute(run: Run, key: Row) -> list[Row]:
-    """Do a run: SVG files, then their measures in a JSON file that says that all is done. Returns the rows."""
+    """Execute a run: write SVG files, then their measures in a JSON file, which marks it as done; return the rows."""
     shutil.rmtree(run.folder, ignore_errors=True)
     run.folder.mkdir(parents=True)
     rows = [_trace(run) if run.method.preset == VTRACER else _vectorize(run, run.method.options())]
@@ -193,10 +193,10 @@ def execute(run: Run, key: Row) -> list[Row]:
 def execute_all(
     runs: Sequence[Run], keys: Sequence[Row], processes: int
 ) -> Iterator[tuple[Run, list[Row] | BaseException]]:
-    """Do runs in several processes, and yield each with its rows, or with what made it fail.
+    """Execute runs in several processes; yield each with its rows, or with its error.
 
-    A process that dies takes its pool along. What was left then is done again, each run in a process of its own, so
-    that only the one that kills its process fails.
+    A process that dies breaks its pool. The remaining runs are then repeated in separate processes, so that only the
+    one that kills its process fails.
     """
     left = []
     with _pool(processes) as pool:
@@ -225,7 +225,7 @@ def _pool(processes: int) -> concurrent.futures.ProcessPoolExecutor:
 
 
 def _end_with_the_terminal() -> None:
-    """Let Ctrl-C end a worker at once and without a word; the main process tells of it."""
+    """Let Ctrl-C end a worker silently; the main process reports it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contact sheets to look through, worst first: target, last stages, final picture, outlines."""
+"""Contact sheets, worst picture first: target, last stages, final picture, outlines."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ Row = dict[str, Any]
 
 
 def write_sheets(output: Path, rows: Iterable[Row], pictures: dict[str, Path]) -> list[Path]:
-    """Write the sheets of each method and number of paths, and those of things where they are known.
+    """Write the sheets of each method and number of paths, and those of things if they are known.
 
     Returns the files.
 
     Parameters
     ----------
     output : Path
-        Folder of the evaluation; sheets go to its folder `sheets`, in place of those that are there.
+        Folder of the evaluation; sheets are written to its folder `sheets`, replacing those there.
     rows : iterable of dict
         Results, with `svg` relative to `output`.
     pictures : dict
@@ -65,7 +65,7 @@ def _pages(
     output: Path,
     files: dict[str, Path],
 ) -> list[Path]:
-    """Write strips under each other, some a page; return the files."""
+    """Write strips below each other, several on a page; return the files."""
     written = []
     for page, first in enumerate(range(0, len(rows), ROWS), start=1):
         png = io.BytesIO()

@@ -59,7 +59,7 @@ SUMMARY: dict[str, tuple[str, Callable[[Any], str]]] = {
 
 
 def write_results(output: Path, rows: Sequence[Row], facts: Row) -> list[Row]:
-    """Write results.csv and results.json, with the facts about the whole; return the summary."""
+    """Write results.csv and results.json, with the facts of the evaluation; return the summary."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(dict.fromkeys(name for row in rows for name in row)), lineterminator="\n")
     writer.writeheader()
@@ -77,9 +77,9 @@ def summarize(rows: Iterable[Row]) -> list[Row]:
 
     `in_one_region`, `self_crossing` and `gradients` are shares of all layers, `colored` of the opaque ones; `needless`,
     `mergeable` and `nearly_opaque` are sums. `overlap`, `found`, `missed`, `extra` and `layers_a_thing` are over all
-    true things. The scores of outlines are shares of what livecl/quality/outlines.py counts; `displacement` is weighed
-    by length, `numbers_ratio` is of all numbers. `more_layers` and `more_cubics`, of a method on disturbed pictures,
-    are multiples of what it has on the clean ones.
+    true things. The scores of outlines are shares of the counts of livecl/quality/outlines.py; `displacement` is
+    weighted by length, `numbers_ratio` is of all numbers. `more_layers` and `more_cubics` are ratios of a method's
+    counts on disturbed pictures to those on the clean ones.
     """
     rows = list(rows)
     groups = sorted({row["group"] for row in rows})
@@ -101,7 +101,7 @@ def summarize(rows: Iterable[Row]) -> list[Row]:
 
 
 def _growth(chosen: Sequence[Row], rows: Sequence[Row]) -> Row:
-    """Return how many times the layers and cubics of the clean pictures a method on disturbed ones has."""
+    """Return the ratios of layers and cubics on disturbed pictures to those on the clean ones."""
     cleans = {(row["picture"], row["method"], row["asked"]): row for row in rows}
     pairs = [(row, cleans.get((row["picture"], row["method"].partition("+")[0], row["asked"]))) for row in chosen]
     both = [(row, clean) for row, clean in pairs if clean is not None and clean is not row]
@@ -114,7 +114,7 @@ def _growth(chosen: Sequence[Row], rows: Sequence[Row]) -> Row:
 
 
 def format_summary(summary: Sequence[Row]) -> str:
-    """Return the summary as a Markdown table, without the columns that are empty."""
+    """Return the summary as a Markdown table, without empty columns."""
     columns = {name: column for name, column in SUMMARY.items() if any(row[name] is not None for row in summary)}
     rows = []
     for row in summary:

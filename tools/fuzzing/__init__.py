@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random input for what livecl takes from outside: pictures, SVGs, options, drawings, whole runs."""
+"""Random input for livecl: pictures, SVGs, options, drawings, whole runs."""

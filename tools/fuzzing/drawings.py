@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings of odd geometry: each is refused by name, or rendered and differentiated to finite numbers, twice the same.
+"""Drawings of odd geometry: each is refused, or rendered and differentiated to finite numbers, twice the same.
 
-A part is compared with the slow reference in float64.
+Some are compared with the slow reference in float64.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from livecl.rendering.rasterizer import Rasterizer
 
 #: Height and width of the canvases: a rasterizer is built once for each.
 SIZES = ((1, 1), (1, 9), (9, 1), (8, 8), (16, 17), (33, 20), (3, 300), (300, 3))
-#: Most lines times pixels that the reference is asked for.
+#: Largest number of lines times pixels for the reference.
 MAX_WORK = 300_000
-#: Further than this from the canvas, px, positions are rounded to more than 1e-4 px in float32, and are not compared.
+#: Positions farther than this from the canvas, px, are rounded to more than 1e-4 px in float32, and not compared.
 MAX_REACH = 1000.0
 ODD_NUMBERS = (
     *(0.0, -0.0, 1e-300, 1e-30, 1e-9, 0.5, 1.0, 8.0, MAX_COORDINATE, -MAX_COORDINATE, 1e6 + 1, 1e9, 1e308),
@@ -181,7 +181,7 @@ def check(case: Case) -> str:
 
 
 def _compared(drawing: Drawing, image: np.ndarray) -> str:
-    """Compare an image with the reference, where that is quick and the positions are near enough to be held."""
+    """Compare an image with the reference, if that is fast and positions are near enough for single precision."""
     pieces = pieces_for(drawing.cubics, TOLERANCE)
     work = int(pieces.sum()) * drawing.size[0] * drawing.size[1]
     if work > MAX_WORK or (drawing.num_segments and np.abs(drawing.points).max() > MAX_REACH):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kinds of input for the fuzzer: what cases are drawn from, and what must hold of each."""
+"""Kinds of input for the fuzzer: sources of cases, and the check of each."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ class Kind:
     Parameters
     ----------
     cases : SearchStrategy
-        Where cases come from that can be made smaller. They are pickled.
+        Cases that can be shrunk. They are pickled.
     others : SearchStrategy
-        Where cases come from that cannot, but are more like what there is.
+        Cases that cannot be shrunk, but are more realistic.
     check : callable
-        Gives a case to livecl and returns what became of it in a word, such as "read" or "refused"; raises whatever it
-        likes where something is wrong.
+        Passes a case to livecl and returns the outcome in a word, such as "read" or "refused"; raises any exception on
+        failure.
     suffix : str
-        Of the saved file's name, where a case is the content of a file.
+        Suffix of the saved file, if a case is the content of a file.
     seconds : float
-        Most processor time that a case may take.
+        Limit on a case's processor time.
     megabytes : int
-        Most address space that a worker may take beyond what it has at its start.
+        Limit on a worker's address space beyond that at its start.
     """
 
     cases: st.SearchStrategy[Any]
@@ -46,7 +46,7 @@ class Kind:
 
 
 def one_line(error: Exception) -> None:
-    """Raise AssertionError unless an error's message is a line for people."""
+    """Raise AssertionError unless an error's message is one readable line."""
     message = str(error)
     assert message.strip(), f"{type(error).__name__} without a message"
     assert message.isprintable(), f"message of unprintable characters: {message!r:.300}"

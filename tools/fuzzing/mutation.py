@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bytes changed as damage, and malice, change them."""
+"""Change bytes as damage or attacks do."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import struct
 import zlib
 from collections.abc import Callable, Sequence
 
-#: Numbers at which programs go wrong.
+#: Numbers that often cause failures.
 EDGES = (0, 1, 2, 7, 8, 16, 127, 128, 255, 256, 32767, 32768, 65535, 65536, 2**24, 2**31 - 1, 2**31, 2**32 - 1)
 #: Most changes of one input.
 MAX_CHANGES = 6
@@ -25,9 +25,9 @@ def mutated(rng: random.Random, data: bytes, others: Sequence[bytes]) -> bytes:
     rng : Random
         Source of random numbers.
     data : bytes
-        What is changed.
+        Bytes to change.
     others : sequence of bytes
-        What parts are taken from.
+        Sources of spliced parts.
     """
     if data.startswith(PNG_SIGNATURE) and rng.random() < 0.5:
         return _mutated_png(rng, data)
@@ -55,7 +55,7 @@ def _replace(rng: random.Random, data: bytes) -> bytes:
 
 
 def _set_number(rng: random.Random, data: bytes) -> bytes:
-    """Overwrite what may be a length or an offset."""
+    """Overwrite a number, which may be a length or an offset."""
     i, form = _place(rng, data), rng.choice(("B", "<H", ">H", "<I", ">I"))
     number = rng.choice((*EDGES, len(data), len(data) - i, rng.randrange(len(data)))) % 256 ** struct.calcsize(form)
     return data[:i] + struct.pack(form, number) + data[i + struct.calcsize(form) :]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Options from Python, from the command line and from files: each is taken, or refused in a line that names it."""
+"""Options from Python, the command line and files: each is accepted, or refused in a line that names it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from livecl.run.recipe import Recipe
 from livecl.schedule import parse_schedule
 
 FIELDS = get_type_hints(Options)
-#: Values of any type, as people and programs may give them by mistake.
+#: Values of any type, as given by mistake.
 ODD_VALUES = (
     *(0, 1, 2, -1, 3, 1.0, 0.5, -0.0, 1e-320, 1e308, math.nan, math.inf, -math.inf, 2**31, 2**64, 10**400, True, False),
     *(None, "", "1", "auto", "exp", "nan", "white", "#12", "#123456", "none", "picture", "日本", "x" * 1000, "\0\n"),
@@ -152,7 +152,7 @@ def _repeats(options: Options) -> None:
 
 
 def _checked_command(words: list[str]) -> str:
-    """Have options shown; those shown have to be taken again, and to be shown the same way."""
+    """Show options; those shown must be accepted, and shown the same way again."""
     code, shown, said = _ran([*words, "--show-options"])
     if code == 2:
         line = said.removesuffix("\n")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Picture files of every kind that is read, changed bytewise: each is read as an array, or refused in a line."""
+"""Picture files of every supported kind, changed bytewise: each is read as an array, or refused in one line."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SIZE = (9, 12)
 
 @functools.cache
 def seeds() -> dict[str, bytes]:
-    """Return whole files by what they are."""
+    """Return intact files by kind."""
     rng = np.random.default_rng(0)
     deep = rng.integers(0, 65536, (*SIZE, 4), dtype=np.uint16)
     levels = (deep >> 8).astype(np.uint8)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Search for cases that go wrong with Hypothesis, which makes each as small as it can.
+"""Search for failing cases with Hypothesis, which shrinks each.
 
-Small means few and simple choices: of a picture file few changes are left, but no smaller file.
+Shrinking means fewer and simpler choices: fewer changes of a picture file, but not a smaller file.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from fuzzing.kind import Kind
 
 #: Length of a finding's text.
 MAX_CHARACTERS = 300
-#: Between the seeds of two searches, the second of which is for what the first has not found.
+#: Difference of the seeds of consecutive searches.
 FURTHER = 15_485_863
 
 
 @dataclasses.dataclass(frozen=True)
 class Finding:
-    """The smallest case found that goes wrong at a place; `always` is False where it did not do so again."""
+    """The smallest case that fails at a place; `always` is False if it did not fail again."""
 
     what: str
     case: Any
@@ -46,23 +46,23 @@ class _Stopped(BaseException):
 
 
 class Search:
-    """Looks for cases that go wrong.
+    """Searches for failing cases.
 
     Parameters
     ----------
     kind : Kind
-        What cases there are, and what has to hold of each.
+        Cases, and the check of each.
     before : callable
         Called with each case before it is checked.
     after : callable
-        Called where a case goes wrong at a place that is new.
+        Called when a case fails at a new place.
 
     Attributes
     ----------
     counts : Counter
-        Outcomes of the cases that went well.
+        Outcomes of the cases without failure.
     found : dict of Finding
-        The smallest case of each place where something goes wrong.
+        The smallest failing case by place.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Search:
                 turn += 1
 
     def _search(self, cases: st.SearchStrategy[Any], seed: int, most: int) -> bool:
-        """Try cases, and return whether one goes wrong at a place where none has before."""
+        """Try cases, and return whether one fails at a new place."""
         known = set(self.found)
 
         @seeded(seed)
@@ -140,7 +140,7 @@ def checked(kind: Kind, case: Any) -> str:
 
 
 def described(error: BaseException) -> tuple[str, str]:
-    """Return the place that an error comes from, among livecl's files where there is one, and what it says."""
+    """Return the origin of an error, in livecl's files if possible, and its message."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if "livecl" in Path(frame.filename).parts] or frames
     place = f"{Path(own[-1].filename).name}:{own[-1].lineno}"

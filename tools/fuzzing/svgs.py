@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SVGs, made by a grammar or changed bytewise: each is read as a drawing that writing keeps, or refused in a line."""
+"""SVGs, made by a grammar or changed bytewise: each is read as a drawing that survives writing, or refused."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from livecl.svg.outline_data import MAX_PRECISION
 from livecl.svg.writer import quantize
 
 ROOT = Path(__file__).resolve().parents[2]
-#: Whole files that parts are changed of.
+#: Intact files to be changed.
 FILES = [
     path.read_bytes() for folder in ("examples/sources", "tests/svg") for path in sorted((ROOT / folder).glob("*.svg"))
 ]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Search in a process of its own, limited in memory and time, which is started again where a case crashes it.
+"""Search in a separate process, limited in memory and time, which is restarted when a case crashes it.
 
-The case that is tried is in a file, so that it is known also when the worker has crashed.
+The current case is in a file, so that it is known after a crash.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from fuzzing.search import MAX_CHARACTERS, Finding, Search
 
 #: Counts of the cases that went well, and the findings by their places.
 Outcome = tuple[collections.Counter[str], dict[str, Finding]]
-#: Wall time without a further case after which a worker is taken to hang in native code, in units of the limit on a
-#: case's processor time: a busy machine is slow too.
+#: A worker hangs in native code if it finishes no case in this multiple, of wall time, of a case's limit on processor
+#: time: machines may be busy.
 PATIENCE = 12
 
 
@@ -35,7 +35,7 @@ def kind_of(module: str) -> Kind:
 
 
 def hunt(module: str, seed: int, cases: int) -> Outcome:
-    """Search among cases of a kind. Counts of a worker that is lost are lost with it."""
+    """Search among cases of a kind. Counts of a lost worker are lost."""
     counts: collections.Counter[str] = collections.Counter()
     found: dict[str, Finding] = {}
     tried, turn = 0, 0
@@ -56,7 +56,7 @@ def hunt(module: str, seed: int, cases: int) -> Outcome:
 
 
 def _watched(module: str, seed: int, cases: int, folder: Path) -> tuple[Outcome | None, str, int]:
-    """Have a worker search; return its outcome, or how it was lost, and after how many cases."""
+    """Run a worker; return its outcome, or how it was lost, and after how many cases."""
     spawn = multiprocessing.get_context("spawn")
     number, (mine, theirs) = spawn.Value("q", 0, lock=False), spawn.Pipe(duplex=False)
     process = spawn.Process(target=_work, args=(module, seed, cases, folder, number, theirs), daemon=True)
@@ -102,7 +102,7 @@ def _work(module: str, seed: int, cases: int, folder: Path, number: Any, pipe: C
 
 
 def limit_memory(megabytes: int) -> None:
-    """Allow the process so much address space beyond what it has."""
+    """Limit the process's address space to this much more than it has."""
     pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
     most = pages * resource.getpagesize() + megabytes * 1_000_000
     resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))

@@ -26,9 +26,6 @@ def needed_layers(context: Context, drawing: Drawing, least: float, free: NDArra
     Hidden layers must lower it by more (`HIDDEN_FACTOR`). Only `free` layers, (N,) bool, are removed. They are removed
     one by one, the least useful first, as of two that hide each other only one is needless; and repeatedly, as a layer
     that corrected another may become needless without it.
-
-    They are taken away one by one, the least useful first, as two that hide each other are not both needless; and again
-    as long as there are any, as a layer that mended another may be needless without it.
     """
     shown = ~free | (drawing.colors[:, 3] > 0)
     drawing, free = drawing.layer_subset(shown), free[shown]
