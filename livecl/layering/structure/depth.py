@@ -27,6 +27,9 @@ FloatArray = NDArray[np.float64]
 THROUGH_HOLES, GROUND_THROUGH_HOLES, PANES = 0.3, 0.2, 0.4
 #: Least share of the outline of a region seen between several shapes that faces shapes touching the ground.
 GROUND_AROUND = 0.7
+#: Share of the points that face a region's main neighbour, below which another one does not count as one of several
+#: shapes around it: fragments of a border, as of JPEG, have fewer.
+FRAGMENT = 0.1
 #: Relative deviation of a hole's distance from the outline around it: below which a hole of the area share `EVEN_HOLE`
 #: shows the ground, and from which only holes of letters do. Letters have a filled area below this share of the
 #: picture, or of their convex hull.
@@ -64,7 +67,7 @@ def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
     alike = regions.near(ground)
     found = {int(k) for k in np.unique(edge) if alike[k]}
     inner = [k for k in np.flatnonzero(alike).tolist() if k not in found]
-    facing = {k: {o: n for o, n in _facing(outlines.outer(k)).items() if o >= 0 and not alike[o]} for k in inner}
+    facing = {k: {o: n for o, n in _facing(outlines.outer(k)).items() if not alike[o]} for k in inner}
     touching = {o for k in inner for o in facing[k] if found & set(outlines.outer(o).across.tolist())}
     for k in inner:
         if sum(n for o, n in facing[k].items() if o in touching) < GROUND_AROUND * sum(facing[k].values()):
@@ -310,6 +313,7 @@ def _hull(points: FloatArray) -> FloatArray | None:
 
 
 def _facing(contour: Contour) -> dict[int, int]:
-    """Return the regions across a contour, with the number of points that face each."""
+    """Return the regions across a contour, fragments excluded, with the number of points that face each."""
     across, counts = np.unique(contour.across, return_counts=True)
-    return dict(zip(across.tolist(), counts.tolist(), strict=True))
+    large = (across >= 0) & (counts >= FRAGMENT * counts[across >= 0].max(initial=0))
+    return dict(zip(across[large].tolist(), counts[large].tolist(), strict=True))

@@ -171,7 +171,7 @@ def _judged_flat(
         return found
     if screens(outlines, ground_regions(outlines, over)):
         on_top = Assumptions(views="none")
-        more = _explained(outlines, over, outlines.count, on_top)
+        more = _explained(outlines, over, most, on_top)
         if _is_better(more, found, asked):
             found, assumed = more, on_top
     cut = with_more_parts(outlines, asked - len(found.ranked))

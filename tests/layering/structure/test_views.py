@@ -117,3 +117,11 @@ def test_shapes_of_the_ground_s_color_that_touch_are_not_the_ground() -> None:
     head = disc(48, 29, 10.6)
     layers = found(picture((box(4, 4, 92, 92), BLUE), (body, WHITE), (head, WHITE)))
     assert len(layers) == 3
+
+
+def test_a_fragment_on_the_border_makes_no_ground_of_a_light_shape() -> None:
+    """A light shape in a hole of a plate is a shape, though a few pixels of another colour lie at its border."""
+    shape = box(40, 36, 54, 58)
+    fragment = box(54, 44, 57, 47)
+    layers = found(picture((box(10, 10, 86, 86), BLUE), (shape, WHITE), (fragment, RED)))
+    assert sum(np.abs(color - WHITE).max() < 0.02 for _, color in layers) == 1
