@@ -165,18 +165,35 @@ def _judged_flat(
 ) -> Structure | None:
     """Return the structure of a flat picture, if it shows it, for most layers and layers asked for."""
     most, asked = numbers
-    outlines, over, assumed = _parts(data, shape, ground), np.array(ground), PLAIN
+    outlines, over = _parts(data, shape, ground), np.array(ground)
     found = _explained(outlines, over, most)
     if found is None or not len(found.ranked) < asked <= MOST_ASKED * len(found.ranked):
         return found
-    if screens(outlines, ground_regions(outlines, over)):
+    return _with_more_layers(found, outlines, over, most, asked)
+
+
+def _with_more_layers(found: Structure, outlines: Outlines, ground: FloatArray, most: int, asked: int) -> Structure:
+    """Return a structure of up to as many layers as asked for, by other assumptions, one after another.
+
+    Nothing is seen through holes; regions are cut into more parts; nothing is joined.
+    """
+    assumed = PLAIN
+    if screens(outlines, ground_regions(outlines, ground)):
         on_top = Assumptions(views="none")
-        more = _explained(outlines, over, most, on_top)
+        more = _explained(outlines, ground, most, on_top)
         if _is_better(more, found, asked):
             found, assumed = more, on_top
     cut = with_more_parts(outlines, asked - len(found.ranked))
-    more = None if cut is outlines else _explained(cut, over, cut.count, assumed)
-    return more if _is_better(more, found, asked) else found
+    if cut is not outlines:
+        more = _explained(cut, ground, cut.count, assumed)
+        if _is_better(more, found, asked):
+            found, outlines = more, cut
+    joined = frozenset(k for layer in found.layers if len(layer.shown) > 1 for k in layer.shown)
+    if joined and len(found.ranked) < asked:
+        more = _explained(outlines, ground, most, dataclasses.replace(assumed, apart=joined))
+        if _is_better(more, found, asked):
+            return more
+    return found
 
 
 def _is_better(more: Structure | None, found: Structure, asked: int) -> TypeGuard[Structure]:

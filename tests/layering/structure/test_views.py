@@ -111,6 +111,13 @@ def test_panes_are_shapes_on_their_frame_where_so_many_are_asked_for() -> None:
         assert layers is not None and len(layers.ranked) == number
 
 
+def test_parts_are_joined_behind_a_band_unless_more_layers_are_asked_for() -> None:
+    image = picture((box(20, 10, 76, 86), RED), (box(14, 42, 82, 52), BLUE))
+    for asked, number in ((0, 2), (2, 2), (3, 3)):
+        layers = found_structure(image, np.ones(3), 99, asked=asked)
+        assert layers is not None and len(layers.ranked) == number
+
+
 def test_shapes_of_the_ground_s_color_that_touch_are_not_the_ground() -> None:
     """A head upon a body on a plate: each touches two others, but one of them has its own colour."""
     body = box(30, 40, 66, 80)
