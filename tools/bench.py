@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Benchmark: time and memory of named cases, each checked before it is timed.
 
-The machine's rate is looked at during the measurements, and times are stated for a machine of 60 GFLOP/s as well.
-docs/performance.md has the method, and how to read the tables.
+The machine's rate is measured in between, and times are also stated for a machine of 60 GFLOP/s. docs/performance.md
+has the method, and explains the tables.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from benchmark.cases import CASES, EXTREME, Case, chosen_cases
 ROOT = Path(__file__).resolve().parent.parent
 EPILOG = f"""\
 cases: {", ".join(CASES)}
-Without --cases, all but {", ".join(EXTREME)}. A number is that of the paths, after @ stands the canvas's side.
+Without --cases, all but {", ".join(EXTREME)}. A number is that of the paths; after @ is the canvas's side.
 
 examples:
   tools/bench.py --cases 5,emoji
@@ -41,9 +41,9 @@ class Bench:
     Parameters
     ----------
     folder : path
-        Where scenes are made.
+        Folder for scenes.
     settings
-        Device, photo and repeats, as `benchmark.worker.Worker` takes them.
+        Device, photo and repeats, as for `benchmark.worker.Worker`.
     """
 
     def __init__(self, folder: Path, **settings: Any) -> None:
@@ -51,14 +51,14 @@ class Bench:
         self.settings = settings
 
     def ask(self, verb: str, case: str = "", root: Path = ROOT, **more: Any) -> dict[str, Any]:
-        """Return the answer of a process of its own; where it has none, what it failed with."""
+        """Return the answer of a separate process, or its error."""
         request = {"verb": verb, "root": str(root), "folder": str(self.folder), "case": case, **self.settings, **more}
         answer_file = self.folder / "answer.json"
         answer_file.unlink(missing_ok=True)
-        # The checkout that is measured, and from this one the references that it is compared with.
+        # The checkout to measure, and this one for its references.
         paths = os.pathsep.join(map(str, (root, ROOT / "tests")))
         command = [sys.executable, str(ROOT / "tools" / "bench.py"), "--worker", json.dumps(request)]
-        # Threads of linear algebra that wait for each other would count as work; the commands use one, too.
+        # Waiting threads of linear algebra would count as work; the commands use one, too.
         environment = {"OPENBLAS_NUM_THREADS": "1", **os.environ, "PYTHONPATH": paths}
         ended = subprocess.run(command, env=environment, stderr=subprocess.PIPE, text=True, check=False)
         if ended.returncode or not answer_file.is_file():
@@ -131,7 +131,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--cases", metavar="LIST", help="cases to measure, such as 5,256,emoji")
     parser.add_argument("--device", metavar="DEVICE", help="OpenCL device, by index or part of its name")
-    parser.add_argument("--photo", metavar="FILE", help="picture to take for the photograph")
+    parser.add_argument("--photo", metavar="FILE", help="picture for the photograph")
     parser.add_argument(
         "--repeats", type=_positive, metavar="N", help="repeats of each case; else what fits two seconds"
     )

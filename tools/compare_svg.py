@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measure how a drawing's picture differs from another renderer's, in premultiplied RGBA.
+"""Compare a drawing's picture with another renderer's, in premultiplied RGBA.
 
-Renderers differ where outlines cross pixels, so the squared difference is given per pixel of outline (`edge`), and the
-largest difference (`flat`, in levels of 255) where no outline is within a pixel. tools/sweep_svg.py sweeps folders.
+Renderers differ at pixels crossed by outlines, so the squared difference is given per pixel of outline (`edge`), and
+the largest difference (`flat`, in levels of 255) of pixels away from outlines. tools/sweep_svg.py sweeps folders.
 """
 
 from pathlib import Path
@@ -50,9 +50,9 @@ def shown_by_resvg(
     svg : str or bytes
         The SVG.
     folder : path, optional
-        Where files that it refers to lie.
+        Folder of files that it refers to.
     width, height : int, optional
-        Size of the picture, px; the SVG's own where not given.
+        Size of the picture, px (default: the SVG's own).
     """
     import resvg_py
 
@@ -86,7 +86,7 @@ def differences(
 ) -> tuple[float, float, float]:
     """Return the mean squared difference, that per pixel of outline, and the largest away from outlines in levels.
 
-    A canvas of a fractional size is rounded up here and rounded there: what both show is compared, without the pixels
+    A canvas of a fractional size is rounded up here and rounded there: the common part is compared, without the pixels
     `ignored` (H, W).
     """
     height, width = np.minimum(drawing.size, picture.shape[:2])

@@ -74,11 +74,13 @@ def main() -> int:
         description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--kind", choices=(*KINDS, "all"), default="all", help="kind of input (default: all)")
-    parser.add_argument("--cases", type=int, default=1000, metavar="N", help="how many of each kind (default: 1000)")
-    parser.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the cases (default: 0)")
-    parser.add_argument("--case", type=Path, metavar="FILE", help="try one that was kept, in this process")
     parser.add_argument(
-        "--out", type=Path, default=ROOT / "out" / "fuzz", metavar="DIR", help="where cases with findings are kept"
+        "--cases", type=int, default=1000, metavar="N", help="number of cases of each kind (default: 1000)"
+    )
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the cases (default: 0)")
+    parser.add_argument("--case", type=Path, metavar="FILE", help="try a saved case, in this process")
+    parser.add_argument(
+        "--out", type=Path, default=ROOT / "out" / "fuzz", metavar="DIR", help="folder for failing cases"
     )
     arguments = parser.parse_args()
     if arguments.case is not None:

@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Sweep folders of SVG files: which are read right, with a warning, refused, or silently wrong.
+"""Sweep folders of SVG files: count those read right, with a warning, refused, or silently wrong.
 
-Each file is read and rendered, and compared with the PNG of the same name (or that ends in -ref), or, where there is
-none, with resvg's picture; tools/compare_svg.py derives the bounds. The frame that a test suite draws around each of
-its pictures, and W3C's line of revision, are taken out of the file, and the pixels that they change out of the
-comparison: read as strokes and text, they would make every file one with a warning. A table by folder; returns 1 if a
-file is silently wrong.
+Each file is read and rendered, and compared with the PNG of the same name (or name and -ref), or, if there is none,
+with resvg's picture; tools/compare_svg.py derives the bounds. The frame that a test suite draws around each picture,
+and W3C's line of revision, are removed from the file, and the pixels that they change from the comparison: as text,
+they would cause a warning for every file. Prints a table by folder; returns 1 if a file is silently wrong.
 
-Known mistakes of the reference are listed in a file (`--known`), one name of a file a line, `#` begins a comment;
-they are counted as right and named.
+Files whose reference is known to be wrong are listed in a file (`--known`), one name per line, `#` begins a comment;
+they count as right and are named.
 """
 
 import argparse
@@ -46,7 +45,7 @@ _FRAMES = re.compile(
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """A file: its outcome, what reading said, and how far its picture is from the reference."""
+    """A file: its outcome, the reader's message, and the difference of its picture from the reference."""
 
     path: Path
     kind: str

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where an iteration's time goes: on the device by kernel, on the host by step.
+"""Breakdown of an iteration's time: on the device by kernel, on the host by step.
 
-The steps are timed from outside, by wrapping the functions named in `HOST_STEPS` while an iteration is measured;
-nothing in the package knows of it. A step's time is its own, without the steps it calls. Wrapping costs time itself:
-`overhead_ms` tells how much an iteration became longer.
+The steps are timed from outside the package, by wrapping the functions named in `HOST_STEPS` while an iteration is
+measured. A step's time excludes the steps it calls. Wrapping takes time as well: `overhead_ms` is its cost.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-#: Host steps: label, module, function. What a checkout does not have is left out, and its time counts as `other`.
+#: Host steps: label, module, function. Functions that a checkout lacks are left out; their time counts as `other`.
 HOST_STEPS = (
     ("pieces", "livecl.training.step", "choose_pieces"),
     ("pieces", "livecl.training.objective", "Objective._distance_pieces"),
@@ -40,7 +39,7 @@ RUN_PARTS = (
     ("pruning", "livecl.run.outcome", "needed_layers"),
     ("choice", "livecl.run.phases", "least_useful"),
 )
-#: What follows a run: label, and how its files are written.
+#: Outputs of a run: label, and the function that writes it.
 OUTPUTS: tuple[tuple[str, Callable[..., Any]], ...] = (
     ("saving", lambda views, image, result, course, path: result.save_svg(path / "a.svg")),
     ("report", lambda views, image, result, course, path: views.write_report(path / "a.html", image, result)),
@@ -49,7 +48,7 @@ OUTPUTS: tuple[tuple[str, Callable[..., Any]], ...] = (
 )
 #: The rest of an iteration, or of a run.
 OTHER = "other"
-#: Iterations that each breakdown is the median of.
+#: Number of iterations of which each breakdown is the median.
 ITERATIONS = 40
 
 
@@ -80,7 +79,7 @@ class Clock:
 
 @contextlib.contextmanager
 def wrapped(clock: Clock, steps: tuple[tuple[str, str, str], ...] = HOST_STEPS) -> Iterator[list[str]]:
-    """Wrap the steps' functions for a while; gives the names of those that are not there."""
+    """Context manager: wrap the steps' functions; yields the names of missing ones."""
     undo: list[tuple[Any, str, Any]] = []
     missing = []
     for label, module, path in steps:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measure how fast the machine multiplies and adds at this moment, beside each measurement of a case.
+"""Measure the machine's present rate of multiplications and additions, beside each measurement of a case.
 
-The kernel is of the same kind as the program's, on all cores of the OpenCL device, and the median of some launches is
-taken, not the best: other programs that take their share of the machine take it from the measurement too.
+The kernel is similar to the program's, on all cores of the OpenCL device, and the median of some launches is used, not
+the best, so that load from other programs affects it as it affects the measurement.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ import numpy as np
 
 from benchmark.package import compiled
 
-#: The rate that times are stated for, GFLOP/s: what the kernel gives with PoCL from pip on two quiet cores of the
-#: machine that the goals were set on.
+#: The rate for which times are stated, GFLOP/s: that of the kernel with PoCL from pip on two quiet cores of the machine
+#: for which the goals were set.
 REFERENCE_GFLOPS = 60.0
-#: Two sums that do not wait for each other leave the units idle most of the time, as the program's own kernels do.
+#: Two independent sums leave the units idle most of the time, as the program's own kernels do.
 SOURCE = """
 __kernel void multiply_add(int rounds, __global const float *factors, __global float8 *out)
 {
@@ -32,9 +32,9 @@ __kernel void multiply_add(int rounds, __global const float *factors, __global f
 SUMS, LANES, ROUNDS = 2, 8, 4096
 #: Work-items for each compute unit, on a CPU and elsewhere; work-items in a group.
 ITEMS, LOCAL = {True: 128, False: 1024}, {True: 1, False: 32}
-#: Repeats are made until this many seconds are over, within these numbers.
+#: Time of all repeats, seconds, and the least and largest number of repeats.
 SECONDS, MIN_SAMPLES, MAX_SAMPLES = 2.0, 3, 1000
-#: Seconds between two looks at the machine's rate.
+#: Seconds between two measurements of the machine's rate.
 BLOCK = 0.03
 
 
@@ -103,17 +103,17 @@ def processor_seconds() -> float:
 def repeated(work: Callable[[], float | None], rate: Callable[[], float], repeats: int | None = None) -> Repeats:
     """Measure repeats of something.
 
-    The machine's rate is looked at before and after each block of repeats, as another program may come or go: a repeat
-    counts with the mean of the two.
+    The machine's rate is measured before and after each block of repeats, as load may change: a repeat counts with the
+    mean of the two.
 
     Parameters
     ----------
     work : callable
-        What is measured; it may return its seconds itself.
+        The work to measure; it may return its seconds itself.
     rate : callable
-        Returns the machine's rate at this moment, GFLOP/s.
+        Returns the machine's present rate, GFLOP/s.
     repeats : int or None
-        How many; None for as many as fit `SECONDS`.
+        Number of repeats; None for as many as fit into `SECONDS`.
     """
     found = Repeats()
     start = time.perf_counter()

@@ -47,7 +47,7 @@ def times(results: Results) -> str:
 def ratios(results: Results) -> str:
     """Return the times of this and another checkout, measured in turns, side by side.
 
-    The spread is that of the ratios of neighbouring turns: a ratio nearer to 1 than their spread says nothing.
+    The spread is that of the ratios of neighbouring turns: ratios nearer to 1 than it are not significant.
     """
     rows = []
     for name, there in results["other"]["cases"].items():
@@ -64,7 +64,7 @@ def ratios(results: Results) -> str:
 
 
 def by_case(results: Results, title: str, rows_of: Callable[[Results], dict[str, float]]) -> str:
-    """Return a table with a column for each case that has such a part, and the union of their rows."""
+    """Return a table with a column for each case that has this part, and the union of their rows."""
     columns = {
         name: {**rows, "(all)": sum(rows.values())}
         for name, found in results["cases"].items()
@@ -83,7 +83,7 @@ BREAKDOWNS: tuple[tuple[str, Callable[[Results], dict[str, float]]], ...] = (
 
 
 def failures(results: Results) -> list[str]:
-    """Return what failed, a line each: checks, and cases that could not be measured."""
+    """Return the failures, one line each: checks, and cases that could not be measured."""
     there = results.get("other", {}).get("cases", {})
     named = [*results["cases"].items(), *((f"{name}, other checkout", found) for name, found in there.items())]
     return [f"{name}: {found['failed']}" for name, found in named if "failed" in found]

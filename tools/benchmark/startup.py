@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processes of their own: ``import livecl``, and the command line from its start to its first iteration."""
+"""Start-up of new processes: ``import livecl``, and the command line up to its first iteration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmark.checks import CheckError
 from benchmark.scenes import FACE
 
-#: Where PoCL, pyopencl and NVIDIA's driver keep what they have compiled.
+#: Environment variables of the caches of PoCL, pyopencl and NVIDIA's driver.
 CACHES = ("POCL_CACHE_DIR", "XDG_CACHE_HOME", "CUDA_CACHE_PATH")
 _IMPORT = "import time; start = time.perf_counter(); import livecl; print(time.perf_counter() - start)"
 

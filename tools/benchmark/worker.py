@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Do one thing for the benchmark in a process of its own: make a scene, check a case, or time it.
+"""Worker process of the benchmark: make a scene, check a case, or time it.
 
-Its memory is its own then, and the package of another checkout is measured by the same code.
+A separate process has its own memory, and measures the package of another checkout by the same code.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Answer = dict[str, Any]
 WARM_UP = 0.1
 #: Seconds that a breakdown may take.
 BREAKDOWN_SECONDS = 1.0
-#: Repeats of short processes. Of whole runs there is one a process, as further ones would find what the first kept.
+#: Repeats of short processes. A process does one whole run, as further ones would profit from caches of the first.
 PROCESSES = 5
 
 
@@ -33,15 +33,15 @@ class Worker:
     Parameters
     ----------
     root, folder : str
-        The checkout whose package is measured; where scenes are.
+        The checkout whose package is measured; the folder of scenes.
     case : str
         Name of the case; empty for the machine.
     device, photo : str or None
-        OpenCL device; file to take for the photograph.
+        OpenCL device; file of the photograph.
     repeats : int or None
-        How often to measure; None for what fits.
+        Number of measurements; None for as many as fit.
     judged : bool
-        Whether whole runs must end below the case's error: those of another checkout need not.
+        Whether whole runs must end below the case's error; those of another checkout need not.
     """
 
     def __init__(self, root: str, folder: str, case: str, **settings: Any) -> None:
@@ -59,7 +59,7 @@ class Worker:
         return MultiplyAdd(open_device(self.device)).rate
 
     def machine(self) -> Answer:
-        """Tell what the machine is, and how fast at this moment."""
+        """Describe the machine and its present rate."""
         from benchmark.machine import facts
         from livecl.opencl.device import open_device
 
@@ -78,7 +78,7 @@ class Worker:
         return {}
 
     def check(self) -> Answer:
-        """Check that a case does what it should; whole runs are checked when they are timed."""
+        """Check a case's results; whole runs are checked when they are timed."""
         from benchmark.checks import check_step
         from benchmark.scenes import load_scene
 
@@ -102,7 +102,7 @@ class Worker:
         return {"time": repeated(self.process_seconds, self.rate(), self.repeats or PROCESSES).summary()}
 
     def time_step(self) -> Answer:
-        """Time iterations from a scene on, then break them down."""
+        """Time iterations that start from a scene, then break them down."""
         from benchmark import breakdown
         from benchmark.calibration import repeated
         from benchmark.machine import peak_megabytes
@@ -158,7 +158,7 @@ class Worker:
         return {"parts": parts | self.outputs_ms()}
 
     def warm_up(self) -> None:
-        """Run small pictures, one flat and one not: imports and compilation happen then."""
+        """Run small pictures, one flat and one not, for imports and compilation."""
         import livecl
         from benchmark.scenes import warm_up_pictures
         from livecl.options import PRESETS
@@ -178,7 +178,7 @@ class Worker:
         return livecl.vectorize(image, self.case.paths or "auto", **given)
 
     def outputs_ms(self) -> dict[str, float]:
-        """Return the ms of each output of a run; none in checkouts from before there were views."""
+        """Return the ms of each output of a run; none in checkouts without `views`."""
         from benchmark.breakdown import OUTPUTS
 
         if not (self.root / "livecl" / "views").is_dir():
@@ -203,7 +203,7 @@ class Worker:
         return float(np.mean([outcome.mse or np.inf for outcome in outcomes]))
 
     def process_seconds(self) -> float:
-        """Return the seconds of the process that a case is about."""
+        """Return the seconds of a case's process."""
         from benchmark.startup import first_iteration_seconds, import_seconds
 
         if self.case.kind == "import":

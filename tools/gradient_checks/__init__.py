@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of tools/check_gradients.py: random drawings, and what their gradients are compared with."""
+"""Parts of tools/check_gradients.py: random drawings, and comparisons of their gradients."""

@@ -34,7 +34,7 @@ class Comparer:
     Parameters
     ----------
     seed : int
-        Of the drawings.
+        Seed of the drawings.
     device : int, str or None
         OpenCL device; it must have double precision.
     fills : bool
@@ -52,7 +52,7 @@ class Comparer:
         return Losses(self._rasterizers[key], scene.case)
 
     def single_with_double(self, index: int) -> list[Finding]:
-        """Return how far image and gradients of the float build lie from those of the double build."""
+        """Return the differences of image and gradients between the float and the double build."""
         with same_numbers():
             return self._single_with_double(index)
 
@@ -63,7 +63,7 @@ class Comparer:
         image, allowed = double.rasterizer.forward(drawing, pieces), image_tolerance(drawing, pieces)
         rendered = single.rasterizer.forward(drawing, pieces)
         finding = Finding.of(index, "image", rendered, image, allowed)
-        if finding.of_rounding > 1:  # looked at only then, as it takes long
+        if finding.of_rounding > 1:  # only then, as it takes long
             finding = Finding.of(index, "image", rendered, image, allowed, share_of_snapped(drawing, pieces))
         findings = [finding]
         # The quadratic loss's own d_image is linear in the image: 2 weight (image - target) over a background, and
@@ -100,7 +100,7 @@ class Comparer:
         return np.where(scene.on_borders, 0.0, shares)
 
     def double_with_differences(self, index: int) -> list[Finding]:
-        """Return how far some entries of the double build's gradients lie from central differences."""
+        """Return the differences of some entries of the double build's gradients from central differences."""
         scene = random_scene(self.seed, index, self.fills)
         drawing = scene.case.drawing
         losses, rng = self._losses(scene, np.float64), np.random.default_rng([self.seed, index, 1])

@@ -13,16 +13,16 @@ from gradient_checks.findings import ENTRIES, LOSSES, RELATIVE, Finding, least
 from livecl.drawing import LINEAR, SOLID, Fills
 from livecl.rendering.fills import place_maps
 
-#: The numbers of fills.
+#: Parts of the gradients of fills.
 FILL_PARTS = ("geometry", "stop_positions", "stop_colors")
-#: Nearer to each other than this, stops are not moved: differences err by about (step / width)^2 of the derivative.
+#: Stops nearer to each other than this are not moved: differences err by about (step / width)^2 of the derivative.
 NEAR = 0.05
-#: Largest entry of A, 1 / px, where points are moved: of narrower gradients the third derivative is too large.
+#: Points are moved up to this entry of A, 1 / px: the third derivative of narrower gradients is too large.
 STEEP = 10.0
 
 
 def fill_differences(index: int, losses: Losses, rng: np.random.Generator) -> list[Finding]:
-    """Return how far some entries of the double build's gradients of fills lie from central differences."""
+    """Return the differences of some entries of the double build's gradients of fills from central differences."""
     drawing, pieces = losses.case.drawing, losses.case.pieces
     error = squared_error(losses.rasterizer.forward(drawing, pieces), losses.target)[1]
     d_images = losses.d_image, losses.weight[..., None] * error
@@ -59,7 +59,7 @@ def _differences(losses: Losses, part: str, entries: list[int]) -> np.ndarray:
 
 
 def _entries(fills: Fills, part: str, rng: np.random.Generator) -> list[int]:
-    """Return some entries by which there is a derivative: not of equal points, nor of stops at a step or at an end."""
+    """Return some entries that have a derivative: not of equal points, nor of stops at a step or at an end."""
     movable = np.ones(getattr(fills, part).shape, bool)
     if part == "geometry":
         maps, regular = place_maps(fills)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is compared of one drawing, and how far it was off."""
+"""Findings: errors of one kind of number of one drawing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-#: Of a derivative by differences, over the norm of the gradient: reference/differences.py derives it.
+#: Relative tolerance of a derivative by differences, over the norm of the gradient: see reference/differences.py.
 RELATIVE = 1e-6
 LOSSES = ("linear", "quadratic")
 #: Entries of each kind that are moved in each drawing.
@@ -19,7 +19,7 @@ ENTRIES = 8
 
 
 def least(d_image: FloatArray) -> float:
-    """Return a gradient that is small for the loss: where nothing of the layers shows, differences still round."""
+    """Return a norm that is small for the loss: differences have rounding errors even if no layer is visible."""
     return 1e-3 * float(np.linalg.norm(d_image))
 
 
@@ -34,11 +34,11 @@ class Finding:
     what : str
         The kind of number.
     relative : float
-        Norm of the error over the norm of the right value; 0 where both are 0.
+        Norm of the error over the norm of the exact value; 0 if both are 0.
     of_rounding : float
-        Largest error over what rounding (or the method of differences) may do: beyond 1, it needs another reason.
+        Largest error over the bound of rounding (or of the method of differences): above 1, it has another cause.
     of_allowed : float
-        The same with the doubtful part at kinks of min(|A|, 1) added to the tolerance: beyond 1, it is wrong.
+        The same with the uncertainty at kinks of min(|A|, 1) added to the bound: above 1, it is wrong.
     """
 
     index: int

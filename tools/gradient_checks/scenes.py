@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random drawings of every kind that a run or an imported SVG may hold."""
+"""Random drawings of every kind that may occur in a run or an imported SVG."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from support.shapes import Path
 
 from livecl.drawing import LINEAR, RADIAL, SOLID, Drawing, Fills
 
-#: Canvases, (height, width): whole tiles and not, one pixel, one row. Few, as each has rasterizers of its own.
+#: Canvases, (height, width): whole tiles or not, one pixel, one row. Few, as each has its own rasterizers.
 SIZES = ((16, 16), (24, 31), (13, 7), (1, 1), (1, 41), (33, 50), (64, 48))
 #: Most drawings have few layers; some have more than a run of the compositing kernel (32) holds.
 FEW_LAYERS, MANY_LAYERS, MANY_SHARE = 7, 48, 0.03
@@ -30,7 +30,7 @@ class Scene:
     case : Case
         The drawing and the pieces of its segments.
     kinds : tuple of str
-        What each layer is.
+        Kind of each layer.
     on_borders : (N,) bool
         Layers whose edges lie on pixel borders: their coordinates are whole numbers, which both precisions hold.
     """
@@ -41,7 +41,7 @@ class Scene:
 
 
 def random_scene(seed: int, index: int, fills: bool = False) -> Scene:
-    """Return drawing `index` of a seed, or the same with random fills; it does not depend on those before."""
+    """Return drawing `index` of a seed, optionally with random fills; it does not depend on other indices."""
     rng = np.random.default_rng([seed, index])
     size = SIZES[rng.integers(len(SIZES))]
     many = rng.uniform() < MANY_SHARE
