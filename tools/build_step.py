@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The build steps of `setup.cfg`: setuptools' own, in a folder of their own that is deleted after them.
+"""The build steps of `setup.cfg`: setuptools' own, in a temporary folder.
 
-Setuptools builds in ``build/`` of the checkout, copies into it and never removes from it: a wheel built twice would
-still ship kernels and modules deleted in between, and every checkout that is installed from would keep the folder.
+Setuptools builds in ``build/`` of the checkout and never removes files from it: a wheel built twice would still ship
+kernels and modules deleted in between, and installing from a checkout would leave the folder.
 """
 
 import atexit

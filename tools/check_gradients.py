@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Check the gradients of random drawings: float kernels against the double build, and that against differences.
 
-Prints how the relative errors are distributed. A drawing whose error is larger than rounding allows must owe it to
-pixels at a kink of the coverage, min(|A|, 1) with |A| near 0 or 1, where both precisions may be right; otherwise it is
-wrong, and named. Of gradient fills there are kinks at the stops, too.
+Prints the distribution of relative errors. Errors larger than rounding allows must be due to pixels at a kink of the
+coverage, min(|A|, 1) with |A| near 0 or 1, where both precisions may be right; otherwise the drawing is reported as
+wrong. Gradient fills also have kinks at their stops.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Run the tests with the oldest versions that setup.cfg allows, in a virtual environment of their own.
+"""Run the tests with the oldest versions that setup.cfg allows, in a separate virtual environment.
 
-Each core dependency is held at its lower bound; what only the tests need is as pip chooses. Use the oldest Python that
-is supported: `python3.10 tools/check_lower_bounds.py`. Other arguments are handed to pytest.
+Each core dependency is at its lower bound; packages needed by the tests only are chosen by pip. Use the oldest
+supported Python: `python3.10 tools/check_lower_bounds.py`. Other arguments are passed to pytest.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def main() -> int:
         install = [python, "-m", "pip", "install", "-c", str(bounds), "-e", f"{ROOT}[test]"]
         subprocess.run(install, check=True)
         wanted = pytest_arguments or ["-m", "not slow and not full"]
-        # A cache of its own: kernels built by another version of the runtime are not to be found.
+        # A separate cache, without kernels built by another version of the runtime.
         cache = {**os.environ, "XDG_CACHE_HOME": str(Path(folder) / "cache")}
         return subprocess.run([python, "-m", "pytest", "-q", *wanted], cwd=ROOT, env=cache, check=False).returncode
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Compare what OpenCL devices make of the same work: a drawing's image and gradients, and a picture vectorized.
+"""Compare the results of OpenCL devices: a drawing's image and gradients, and a vectorized picture.
 
 Prints a table in which each device is compared with the first one: largest and root-mean-square difference of the
 image (colours from 0 to 1), of the gradients of a squared error, relative to the largest one, then both drawings'
@@ -32,8 +32,8 @@ def rendered(drawing: livecl.Drawing, device: int) -> tuple[NDArray[Any], NDArra
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("picture", help="what to vectorize")
-    parser.add_argument("--paths", type=int, default=6, help="how many paths (default: %(default)s)")
+    parser.add_argument("picture", help="picture to vectorize")
+    parser.add_argument("--paths", type=int, default=6, help="number of paths (default: %(default)s)")
     parser.add_argument("--iterations", type=int, default=60, help="of each stage (default: %(default)s)")
     parser.add_argument("--preset", choices=PRESETS, default="default", help="options (default: %(default)s)")
     arguments = parser.parse_args()

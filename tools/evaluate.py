@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Run methods over folders of pictures, and compare what they give.
+"""Run methods over folders of pictures, and compare the results.
 
-Measured on each saved SVG: MSE, PSNR, SSIM in resvg's picture of it, MSE in our own, the difference of the two, size,
-seconds, how clean its layers are, and by the SVG that a picture was made from, where it lies beside the picture, whole
-shapes and colours (livecl/quality). Written to the output folder: results.csv, results.json, sheets/*.png (worst
-first; things-*.png show matched shapes), runs/ (all SVGs). Started again with the same output folder, it goes on where
-it stopped; a run is made anew if picture, options or program have changed.
+Measures of each saved SVG: MSE, PSNR, SSIM in resvg's picture, MSE in our own, the difference of the two, size,
+seconds, cleanness of layers, and, if the true SVG is beside the picture, whole shapes and colours (livecl/quality). Written to
+the output folder: results.csv, results.json, sheets/*.png (worst first; things-*.png show matched shapes), runs/ (all
+SVGs). With the same output folder, it continues where it stopped; a run is repeated if picture, options or program have
+changed.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def path_counts(text: str) -> tuple[int | str, ...]:
-    """Return rising numbers of paths from "8,16,32", and after them the words for numbers."""
+    """Parse numbers of paths, as "8,16,32,auto": ascending numbers, followed by words."""
     parts = dict.fromkeys(text.split(","))
     words = [part for part in parts if part in (AUTO, THINGS, SHAPES)]
     return (*sorted({positive(part) for part in parts if part not in words}), *words)
@@ -115,7 +115,7 @@ def positive(text: str) -> int:
 
 
 def find_pictures(given: Sequence[Path]) -> list[Path]:
-    """Return the picture files; ValueError where there are none, or two of the same folder's and file's name."""
+    """Return the picture files; ValueError if there are none, or two with the same folder's and file's name."""
     found: list[Path] = []
     for path in given:
         if path.is_dir():
@@ -136,7 +136,7 @@ def find_pictures(given: Sequence[Path]) -> list[Path]:
 
 
 def chosen_methods(names: str, definitions: Sequence[str]) -> list[Method]:
-    """Return the methods named and defined, live and diffvg where there are none; ValueError for unknown ones."""
+    """Return the methods named and defined (default: live and diffvg); ValueError for unknown ones."""
     defined = [parse_method(text) for text in definitions]
     known = {**METHODS, **{method.name: method for method in defined}}
     wanted = [name for name in names.split(",") if name] or ([] if defined else ["live", "diffvg"])
@@ -156,7 +156,7 @@ def check_packages(methods: Sequence[Method]) -> None:
 
 
 def work(planned: Sequence[Run], processes: int) -> tuple[list[Row], list[str]]:
-    """Do the missing runs; return the rows in the order of the plan, and a line for each failure."""
+    """Execute the missing runs; return the rows in the order of the plan, and a line for each failure."""
     rows_of: dict[Path, list[Row]] = {}
     failures: list[str] = []
     missing, keys = [], []

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compare the golden numbers (tests/support/golden.json) with those of this checkout; with --write, replace them.
 
-To be written on purpose only, by a change that is meant to change what runs give, and with the differences that are
-printed looked at.
+Use --write only for a change that is meant to change the results of runs, after checking the differences printed.
 """
 
 from __future__ import annotations

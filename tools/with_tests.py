@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Importing this makes the tests' folder importable: its slow references, and its makers of pictures and drawings."""
+"""Make the tests' folder importable, for its slow references, pictures and drawings."""
 
 import sys
 from pathlib import Path

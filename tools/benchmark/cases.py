@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The named cases: measurement, picture, and the time that is wanted."""
+"""The named cases: measurement, picture, and goals."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ EMOJI = (1, 1, 1, 1, 1)
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Case:
-    """Something to measure.
+    """A case to measure.
 
     Attributes
     ----------
     name : str
-        What the command line calls it.
+        Name on the command line.
     kind : "step", "run", "folder", "startup" or "import"
         One iteration; a whole run; 40 runs in two workers; the command line to its first iteration; ``import livecl``.
     paths, side : int
-        Layers of the scene, 0 where a run chooses; height and width of the canvas, px, of runs in full.
+        Layers of the scene, 0 if a run chooses; height and width of the canvas, px.
     picture : "face", "scene", "soft", "photo", "pixels" or "covers"
         Pictures of the examples; a photograph; the face in 32x32 squares; no picture but layers that each cover the
         canvas.
     schedule : tuple of int or None
-        Paths that each stage of a run adds; None for the growing schedule.
+        Paths added by each stage of a run; None for the growing schedule.
     preset : str
         Preset of a whole run's options.
     cold : bool
         Start with empty caches.
     goal_ms, goal_mb : float or None
-        At most this long, scaled to the reference machine, and this much memory.
+        Goals of time, scaled to the reference machine, and of memory.
     goal_ratio : float or None
-        At most this share of the processor time of commit b604af0.
+        Goal of processor time as a share of that of commit b604af0.
     mse_at_most : float or None
-        Error that a run must get below to count.
+        Largest error of a valid run.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Case:
 
     @property
     def title(self) -> str:
-        """What the case is called in tables."""
+        """Name of the case in tables."""
         size = f"{self.side}x{self.side}"
         if self.kind == "step":
             layers = "covering layers" if self.picture == "covers" else "path" if self.paths == 1 else "paths"
@@ -92,12 +92,12 @@ _LIST = [
 ]
 #: The cases by name, in the order of the table.
 CASES = {case.name: case for case in _LIST}
-#: Left out unless asked for: seconds for an iteration, gigabytes if the memory were not bounded; minutes for a run.
+#: Cases measured on request only: seconds per iteration, gigabytes if memory were not bounded; minutes for a run.
 EXTREME = ("covers", "photo-128", "photo-2048", "pixels", "faces")
 
 
 def chosen_cases(names: str | None) -> list[Case]:
-    """Return the cases that a comma-separated list names; None names all but the extreme.
+    """Return the cases of a comma-separated list; None for all but the extreme ones.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that a case passes before it is timed: a wrong result is not a fast one."""
+"""Checks of a case before it is timed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from livecl.training.xing import xing_loss
 
 #: Relative error of one rounding in float32.
 UNIT = 2.0**-24
-#: Standard deviations of rounding allowed for, as in the tests.
+#: Number of standard deviations of rounding allowed, as in the tests.
 DEVIATIONS = 5
 #: A loss is a sum of squares: its relative error is that of a pixel's error, 2 x rounding / contrast, with contrasts of
 #: a hundredth and more, and of a sum in a fixed order of up to a million pixels, whose roundings add up like a root.
@@ -28,7 +28,7 @@ LOSS_TOLERANCE = DEVIATIONS * UNIT * (2 * 100 + 1000)
 STEP_LOSS_TOLERANCE = 1 / 40
 
 
-#: Farther than this from 0 and 1, |A| in double precision is not that of a pixel without outline.
+#: If |A| in double precision is farther than this from 0 and 1, the pixel has an outline.
 EXACT = 1e-9
 
 
@@ -37,7 +37,7 @@ class CheckError(Exception):
 
 
 def gradient_tolerance(side: int) -> float:
-    """Return how far rounding may move a gradient, over its norm, and the signed area A of a pixel (coverage.cl).
+    """Return the rounding error of a gradient, over its norm, and of the signed area A of a pixel (coverage.cl).
 
     A vertex's coordinates of up to `side` px are off by UNIT x side x the root of some ten roundings, coverage by twice
     that, and with it the colour under a layer and the share of the outline in a pixel: of order 1 each.
@@ -62,7 +62,7 @@ def check_step(
     device : int, str or None
         OpenCL device.
     exact : bool
-        Whether to compare with the double build, where the device has one: it needs twice the memory and time.
+        Whether to compare with the double build, if the device supports it: it needs twice the memory and time.
 
     Returns
     -------
@@ -100,11 +100,11 @@ def check_step(
 
 
 def doubtful_pixels(drawing: Drawing, pieces: NDArray[np.int32], band: float) -> NDArray[np.bool_]:
-    """Return where the two precisions may find different gradients, both rightly: (H, W).
+    """Return the pixels where the gradients of both precisions may differ and both be right: (H, W).
 
-    There a layer's abs(A) lies within rounding, `band`, of a kink of min(abs(A), 1), at 0 or 1, and on the one side the
-    outline counts in the pixel, on the other not, or with the other sign. One such pixel, in which windings of 1 and -1
-    all but cancelled (A = 1.9e-5), was 3 % of the gradient of 256 paths at 1024x1024.
+    There a layer's abs(A) lies within rounding, `band`, of a kink of min(abs(A), 1), at 0 or 1; on one side the outline
+    counts in the pixel, on the other it does not, or with the other sign. One such pixel, in which windings of 1 and -1
+    nearly cancelled (A = 1.9e-5), was 3 % of the gradient of 256 paths at 1024x1024.
     """
     doubtful = np.zeros(drawing.size, bool)
     for outlines in flatten(drawing, pieces):
@@ -115,7 +115,7 @@ def doubtful_pixels(drawing: Drawing, pieces: NDArray[np.int32], band: float) ->
 
 
 def check_error(mse: float, at_most: float | None) -> dict[str, Any]:
-    """Check a run by the error it ends with; None: it is only told."""
+    """Check the final error of a run; without a bound, only report it."""
     if at_most is not None and not mse <= at_most:
         raise CheckError(f"mean squared error: {mse:.3g}, wanted at most {at_most:.3g}")
     return {"mse": mse}
@@ -130,7 +130,7 @@ def _within(what: str, value: float, wanted: float, tolerance: float) -> float:
 
 
 def _compare(found: Gradients, wanted: Gradients, tolerance: float) -> dict[str, float]:
-    """Return the errors of the points' and the colours' gradients over their norms, where they are tolerable."""
+    """Return the errors of the gradients of points and colours over their norms; CheckError if too large."""
     errors = {}
     for name in ("points", "colors"):
         exact = getattr(wanted, name)

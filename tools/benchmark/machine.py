@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a figure depends on beside the code: device, driver, versions, commit; and the memory of this process."""
+"""Description of the machine: device, driver, versions, commit; and the memory of this process."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-#: Packages whose versions are told.
+#: Packages whose versions are reported.
 PACKAGES = ("numpy", "pyopencl", "pocl-binary-distribution", "scikit-image")
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Import the package of the checkout that is measured, and name the parts of it that the benchmark uses.
+"""Import the package of the measured checkout, and the parts of it that the benchmark uses.
 
-Checkouts from before the package had packages of its own are measured too: their modules go by today's names.
+Older checkouts, whose modules were not yet in packages, are supported: their modules are found by today's names.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ FLAT = {
 
 
 def use_checkout(root: Path) -> None:
-    """Import livecl from a checkout, which PYTHONPATH names.
+    """Import livecl from a checkout, given by PYTHONPATH.
 
     Raises
     ------
     RuntimeError
-        If another one is imported.
+        If it is imported from elsewhere.
     """
     import livecl
 
@@ -52,7 +52,7 @@ def use_checkout(root: Path) -> None:
 
 
 def name_processor(root: Path, device: int | str | None = None) -> None:
-    """Name the processor for a checkout that cannot, where PoCL's compiler does not know it."""
+    """If PoCL's compiler does not know the processor, name one for a checkout that cannot do so itself."""
     if (root / "livecl" / "opencl" / "processor.py").is_file():
         return
     from livecl.opencl.device import open_device

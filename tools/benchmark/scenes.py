@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scenes that iterations are timed on: drawings as a real run leaves them, made by a short one."""
+"""Scenes for timing iterations: drawings like those of a real run, made by a short one."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 #: Iterations of each stage of the run that makes a scene. With 20, 60 and 150, 256 paths on the photograph have a
 #: median side of 41, 40 and 41 px, and are flattened into 30, 34 and 38 thousand lines.
 ITERATIONS = 40
-#: Largest canvas that a scene is made on from nothing: paths do not grow across a larger one in so few iterations.
+#: Side of the largest canvas on which a scene is made from scratch: few iterations do not suffice for larger ones.
 #: Enlarged to 512x512, 256 paths cross 129 thousand pixels; with 150 iterations of each stage there, 115 thousand.
 SIDE = 240
 ROOT = Path(__file__).resolve().parents[2]
-#: The paper's emoji stands in for any: this one is the repository's own.
+#: The repository's own emoji, in place of the paper's.
 FACE = ROOT / "examples" / "face.png"
 
 
@@ -36,7 +36,7 @@ def picture(name: str, side: int, photo: str | None = None) -> NDArray[np.float3
     side : int
         Height and width, px.
     photo : path, optional
-        File to take for the photograph.
+        File of the photograph.
     """
     from skimage.transform import resize
 
@@ -112,13 +112,13 @@ def covers(num_layers: int, side: int) -> Drawing:
 
 
 def save_scene(path: Path, drawing: Drawing) -> None:
-    """Write a drawing's numbers, which an SVG would round."""
+    """Write a drawing with its exact numbers, which an SVG would round."""
     names = ("points", "colors", "subpath_offsets", "layer_offsets")
     np.savez(path, size=drawing.size, **{name: getattr(drawing, name) for name in names})
 
 
 def load_scene(path: Path) -> Drawing:
-    """Read what :func:`save_scene` wrote."""
+    """Read a drawing written by :func:`save_scene`."""
     from livecl.drawing.drawing import Drawing
 
     with np.load(path) as file:

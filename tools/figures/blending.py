@@ -69,7 +69,7 @@ def measure(start: livecl.Drawing, end: livecl.Drawing, drawings: Sequence[livec
 
 
 def layer_areas(drawing: livecl.Drawing) -> np.ndarray:
-    """Return the area that each layer's outline winds around, holes taken away: (N,), px^2."""
+    """Return the area of each layer, without its holes: (N,), px^2."""
     cubics = drawing.cubics
     return np.array([abs(bezier.signed_area(cubics[i:j])) for i, j in itertools.pairwise(drawing.segment_offsets)])
 

@@ -36,7 +36,7 @@ def save_figure(file: Path, figure: Figure) -> None:
 
 
 def deposits(lines: FloatArray, size: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
-    """Return what the lines (L, 4) leave in the pixels that they cross: area dy (1 - u) and height dy, each (H, W)."""
+    """Return the deposits of lines (L, 4) in the pixels that they cross: area dy (1 - u) and height dy, each (H, W)."""
     area, height = np.zeros(size), np.zeros(size)
     for x0, y0, x1, y1 in lines:
         cuts = [0.0, 1.0]
@@ -134,7 +134,7 @@ def gradients(file: Path) -> None:
 
 
 def stages(file: Path) -> None:
-    """The stages of the logo, above as they look, below the outlines of their layers."""
+    """The stages of the logo: pictures above, outlines of their layers below."""
     target = livecl.read_image(EXAMPLES / "logo.png")
     options = livecl.Options(iterations=100, opacity="opaque", holes=False, revisions=4)
     result = livecl.vectorize(target, schedule=(1, 1, 1, 1, 2), options=options)

@@ -49,7 +49,7 @@ def strip(cases: Iterable[tuple[str, Callable[[], Result]]]) -> list[Cell]:
 
 
 def varied(option: str, name: str, values: Iterable[Any], **others: Any) -> Callable[[Path], None]:
-    """Return a maker of the figure in which one option has several values."""
+    """Return a function that makes the figure of several values of one option."""
 
     def make(file: Path) -> None:
         key = option.replace(" ", "_")
@@ -60,7 +60,7 @@ def varied(option: str, name: str, values: Iterable[Any], **others: Any) -> Call
 
 
 def presets(file: Path) -> None:
-    """Every method that is not a mere number of paths, on the portrait."""
+    """The presets on the portrait, except those that differ in the number of paths only."""
     names = ("default", "draft", "icon", "paper", "released", "diffvg")
     save_strip(file, strip((f"preset {name}", functools.partial(run, "portrait", preset=name)) for name in names))
 

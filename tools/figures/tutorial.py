@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of the README and the tutorial: what their commands make."""
+"""Figures of the README and the tutorial: results of their commands."""
 
 from __future__ import annotations
 
