@@ -3,10 +3,10 @@
 """Run methods over folders of pictures, and compare the results.
 
 Measures of each saved SVG: MSE, PSNR, SSIM in resvg's picture, MSE in our own, the difference of the two, size,
-seconds, cleanness of layers, and, if the true SVG is beside the picture, whole shapes and colours (livecl/quality). Written to
-the output folder: results.csv, results.json, sheets/*.png (worst first; things-*.png show matched shapes), runs/ (all
-SVGs). With the same output folder, it continues where it stopped; a run is repeated if picture, options or program have
-changed.
+seconds, cleanness of layers, and, if the true SVG is beside the picture, whole shapes and colours (livecl/quality).
+Written to the output folder: results.csv, results.json, sheets/*.png (worst first; things-*.png show matched shapes),
+runs/ (all SVGs). With the same output folder, it continues where it stopped; a run is repeated if picture, options or
+program have changed.
 """
 
 from __future__ import annotations
