@@ -10,13 +10,17 @@ among those the smallest sum of squared distances.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 
 import numpy as np
 
 from livecl import interruption
 from livecl.arrays import FloatArray
 from livecl.geometry.bezier import bernstein, cross
+from livecl.geometry.extending import extended
 from livecl.geometry.polylines import lengths_along, points_at
+
+IsSharp = Callable[[FloatArray, FloatArray, float], bool]
 
 #: Least turn of a corner within its reach, radians; set on the line drawings of docs/strokes.md.
 MIN_TURN = 0.75
@@ -26,7 +30,9 @@ MAX_PLACES = 28
 NO_BEND = 0.05
 
 
-def fit_line(points: FloatArray, tolerance: float, reach: float, closed: bool = False) -> FloatArray:
+def fit_line(
+    points: FloatArray, tolerance: float, reach: float, closed: bool = False, is_sharp: IsSharp | None = None
+) -> FloatArray:
     """Return the path of fewest segments along a polyline.
 
     Parameters
@@ -39,6 +45,9 @@ def fit_line(points: FloatArray, tolerance: float, reach: float, closed: bool = 
         Length, px, before and after a point within which the turn of a corner is measured.
     closed : bool
         Whether the polyline is closed.
+    is_sharp : callable, optional
+        Whether the course has a corner, given where the lines before and after a turn meet, the unit direction
+        outwards, and the cosine of half the turn. The middle of a pen's mark does not tell: it is round at corners.
 
     Returns
     -------
@@ -48,10 +57,17 @@ def fit_line(points: FloatArray, tolerance: float, reach: float, closed: bool = 
     if closed:
         points = np.concatenate([points, points[:1]])
     places = lengths_along(points)
-    corners = _corners(points, places, reach)
-    sharp = [_crossing(points, places, at, reach) for at in corners]
-    ends = [0, *corners, len(points) - 1]
-    tips = [points[0], *sharp, points[-1]]
+    corners: list[tuple[int, FloatArray]] = []
+    for before, at, after in _with_neighbors(_turns(points, places, reach), len(points) - 1):
+        sides = [
+            _side(points, places, at, (side, abs(float(places[end] - places[at])), reach))
+            for side, end in ((-1, before), (1, after))
+        ]
+        tip = _tip(points[at], sides, reach, is_sharp)
+        if tip is not None:
+            corners.append((at, tip))
+    ends = [0, *(at for at, _ in corners), len(points) - 1]
+    tips = [points[0], *(tip for _, tip in corners), points[-1]]
     rows = []
     for k, (first, last) in enumerate(itertools.pairwise(ends)):
         inside = np.arange(first + 1, last)
@@ -65,8 +81,8 @@ def fit_line(points: FloatArray, tolerance: float, reach: float, closed: bool = 
     return np.array(rows)
 
 
-def _corners(points: FloatArray, places: FloatArray, reach: float) -> list[int]:
-    """Return the corners: the points of locally largest turn, if that is large enough, one within each reach."""
+def _turns(points: FloatArray, places: FloatArray, reach: float) -> list[int]:
+    """Return the points of locally largest turn, if that is large enough, one within each reach."""
     u, v = points - points_at(places - reach, points, places), points_at(places + reach, points, places) - points
     turns = np.abs(np.arctan2(cross(u, v), (u * v).sum(axis=1)))
     inside = (places > reach / 2) & (places < places[-1] - reach / 2)
@@ -80,25 +96,41 @@ def _corners(points: FloatArray, places: FloatArray, reach: float) -> list[int]:
     return sorted(found)
 
 
-def _crossing(points: FloatArray, places: FloatArray, at: int, reach: float) -> FloatArray:
-    """Return the intersection of the lines before and after a corner; the corner itself if there is none nearby.
+def _with_neighbors(turns: list[int], last: int) -> list[tuple[int, int, int]]:
+    """Return each turn between the one before and the one after, or the ends of the polyline."""
+    around = [0, *turns, last]
+    return list(zip(around, turns, around[2:], strict=False))
 
-    Half the reach around it is left out: there the centre line of the drawn mark is rounder than the pen's path.
+
+def _side(
+    points: FloatArray, places: FloatArray, at: int, reach: tuple[int, float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Return where the side of a turn, extended, comes to it, and the side's unit direction away from it there.
+
+    `reach` is the side, -1 before and 1 after, its length to the next turn, px, and the reach: half of it is left out
+    next to turns, a third of the side at most, and one and a half of it is followed.
     """
-    lines = []
-    for side in (-1, 1):
-        beyond = side * (places - places[at])
-        near = points[(beyond >= reach / 2) & (beyond <= 1.5 * reach)]
-        if len(near) < 2:
-            return np.asarray(points[at])
-        middle = near.mean(axis=0)
-        lines.append((middle, np.linalg.svd(near - middle)[2][0]))
-    (p, u), (q, v) = lines
-    across = cross(u, v)
+    way, length, near_by = reach
+    beyond = way * (places - places[at])
+    left_out = min(near_by / 2, length / 3)
+    near = points[(beyond >= left_out) & (beyond <= min(1.5 * near_by, length - left_out))]
+    return extended(near if len(near) else points[np.argmin(np.abs(beyond - length))][None], points[at])
+
+
+def _tip(
+    turn: FloatArray, sides: list[tuple[FloatArray, FloatArray]], reach: float, is_sharp: IsSharp | None
+) -> FloatArray | None:
+    """Return the corner of a turn, where its sides, extended, meet; None where the course is round."""
+    (p, u), (q, v) = sides
+    across = float(cross(u, v))
     if abs(across) < 0.2:  # nearly parallel
-        return np.asarray(points[at])
-    crossing = p + cross(q - p, v) / across * u
-    return np.asarray(crossing if np.hypot(*(crossing - points[at])) <= reach else points[at])
+        return None
+    tip = np.asarray(p + cross(q - p, v) / across * u)
+    if np.hypot(*(tip - turn)) > reach:
+        return None
+    half = float(np.sqrt((1 - u @ v) / 2))  # both point away from the corner
+    outwards = -(u + v) / np.hypot(*(u + v))
+    return tip if is_sharp is None or is_sharp(tip, outwards, half) else None
 
 
 def _smooth_rows(points: FloatArray, tolerance: float) -> list[FloatArray]:

@@ -19,6 +19,7 @@ from scipy import ndimage
 from livecl import interruption
 from livecl.arrays import FloatArray
 from livecl.geometry.branches import Branch, branches_of
+from livecl.geometry.extending import extended, meeting_of
 
 #: Largest cosine between the directions of two branches, both pointing away from a junction, that form one line: 140
 #: degrees.
@@ -66,6 +67,7 @@ def center_lines(mask: NDArray[np.bool_]) -> list[CenterLine]:
     graph = _Graph(branches, places, radii)
     graph.drop_spurs()
     graph.contract_bridges()
+    graph.place_junctions()
     lines = [_center_line(points, closed, radii) for points, closed in graph.joined()]
     return sorted(lines, key=lambda line: -line.length)
 
@@ -190,6 +192,28 @@ class _Graph:
             if other is not branch
         ]
         return bool(min(arms) >= -MAX_COSINE)
+
+    def place_junctions(self) -> None:
+        """Move each junction to where the lines that end there meet.
+
+        Where lines meet at acute angles, as in the tip of an arrow, their skeletons join behind it. A junction with a
+        branch too short to tell where it comes from, or that tapers into a corner, stays.
+        """
+        for node, ends in enumerate(self._by_node()):
+            interruption.check()
+            if len(ends) < 3:
+                continue
+            lines = []
+            for branch, side in ends:
+                points = branch.points if side == 0 else branch.points[::-1]
+                away = np.hypot(*(points - self.places[node]).T)
+                near = points[(away > self._clear[node]) & (away < 2 * self._clear[node])]
+                rows, columns = np.rint(near).astype(int).T
+                if len(near) > 1 and np.median(self.radii[rows, columns]) > MIDDLE * self._half_width(node):
+                    lines.append(extended(near, self.places[node]))
+            place = meeting_of(lines) if len(lines) == len(ends) else None
+            if place is not None and np.hypot(*(place - self.places[node])) <= self._radius(node):
+                self.places[node] = place
 
     def joined(self) -> list[tuple[FloatArray, bool]]:
         """Return lines (n, 2) of branches that continue each other, and whether each is closed."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from livecl import interruption
 from livecl.drawing.drawing import Drawing
-from livecl.image.errors import mse, visible_mse
+from livecl.image.errors import mse, visible_error, visible_mse
 from livecl.layering.regions import TargetPartitions
 from livecl.options import Options
 from livecl.rendering.rasterizer import Rasterizer
@@ -40,6 +40,27 @@ class Context:
         from livecl.layering.drift import Changes  # loads SciPy
 
         return Changes.of(np.asarray(self.target, dtype=np.float64))
+
+    @property
+    def edge_offset(self) -> float:
+        """Distance, px, that the target's edges may lie off, 0 if that is not known; see `layering.outlines.slack`."""
+        return 0.0
+
+    @functools.cached_property
+    def slack(self) -> NDArray[np.float64]:
+        """Errors (H, W, C) that the target's edges are uncertain by."""
+        from livecl.layering.outlines.slack import edge_slack  # loads SciPy
+
+        return edge_slack(np.asarray(self.target, dtype=np.float64), self.edge_offset)
+
+    def priced_error(self, drawing: Drawing) -> float:
+        """Return the sum of squared visible errors of a drawing, beyond what the target's edges are uncertain by.
+
+        Numbers are weighed against it where two descriptions of the same edges compete, as a line and its outline.
+        """
+        error = np.asarray(self.rasterizer.forward(drawing), dtype=np.float64) - self.target
+        beyond = np.sign(error) * np.maximum(np.abs(error) - self.slack, 0.0)
+        return float(np.square(visible_error(beyond)).sum())
 
     def mse(self, drawing: Drawing) -> float:
         """Return the mean squared error of a drawing over pixels and channels, as reported."""

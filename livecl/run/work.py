@@ -61,11 +61,25 @@ class Work(Context):
     @functools.cached_property
     def lines(self) -> LineWork | None:
         """The strokes of a flat picture that are worth their price; None if there are none or it is not flat."""
-        if self.options.strokes != "auto" or self.options.placement != "structure":
+        if not self._draws_lines:
             return None
         from livecl.layering.strokes.line_work import line_work  # loads SciPy
 
         return line_work(self, self.state.drawing.background, sum(self.progress.schedule))
+
+    @functools.cached_property
+    def edge_offset(self) -> float:
+        """Distance, px, that edges of a flat picture may lie off, where lines and outlines of it compete; else 0."""
+        if not self._draws_lines:
+            return 0.0
+        from livecl.layering.strokes.line_work import edge_offset_of  # loads SciPy
+
+        return edge_offset_of(self, self.state.drawing.background, sum(self.progress.schedule))
+
+    @property
+    def _draws_lines(self) -> bool:
+        """Whether strokes compete with the shapes of a flat picture."""
+        return self.options.strokes == "auto" and self.options.placement == "structure"
 
     @property
     def state(self) -> State:

@@ -70,3 +70,20 @@ def test_two_points_are_a_line() -> None:
     rows = fit_line(np.array([[1.0, 2.0], [7.0, 8.0]]), 0.3, 2.0)
 
     np.testing.assert_allclose(rows[:, 0], [[1, 2], [7, 8]])
+
+
+def test_a_turn_is_round_where_its_ink_says_so() -> None:
+    angles = np.linspace(-np.pi / 2, 0, 40)
+    arc = np.array([60, 30]) + 20 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    points = np.concatenate([np.linspace((10, 10), (59, 10), 50), arc, np.linspace((80, 31), (80, 80), 50)])
+    asked = []
+
+    def is_sharp(tip: np.ndarray, outwards: np.ndarray, half: float) -> bool:
+        asked.append((*tip, *outwards, half))
+        return False
+
+    rows = fit_line(points, 0.35, 26.0, is_sharp=is_sharp)
+
+    np.testing.assert_allclose(asked, [(80, 10, 0.5**0.5, -(0.5**0.5), 0.5**0.5)], atol=0.6)
+    assert 4 <= len(rows) <= 5  # a line, an arc of one or two segments, a line, and the end
+    assert len(fit_line(points, 0.35, 26.0)) == 3  # without asking it is a corner

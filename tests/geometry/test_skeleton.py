@@ -102,3 +102,15 @@ def test_many_crossings_take_time_in_proportion(monkeypatch: pytest.MonkeyPatch)
         assert len(center_lines(ndimage.binary_dilation(mask, np.ones((2, 2))))) == 2 * number
         counts.append(len(calls))
     assert counts[1] < 2 * 9 * counts[0]
+
+
+def test_the_lines_of_an_arrow_end_in_its_tip() -> None:
+    mask = np.zeros((120, 160), bool)
+    for end in ((20, 60), (100, 25), (100, 95)):
+        _bar(mask, (135, 60), end, 8)
+
+    lines = center_lines(mask)
+
+    tips = [min(_ends(line.points), key=lambda end: abs(end[0] - 135)) for line in lines]
+    assert len(lines) == 3
+    np.testing.assert_allclose(tips, [(135, 60)] * 3, atol=2)  # their skeletons meet 14 px behind it

@@ -9,9 +9,11 @@ visible.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from livecl import interruption
@@ -30,6 +32,10 @@ REACH = {BUTT: 0.0, ROUND: np.pi / 8, SQUARE: 0.5}
 SAMPLES, MOST = 4, 64
 #: Length of a line, in widths, next to its end that is not searched for contact with the end.
 OWN = 1.5
+#: Sampling step of the ink around an end, and its extent beyond the line's border, px.
+STEP, MARGIN = 0.25, 1.5
+#: Largest share of a width by which the ink a width before an end may differ from the line's, and ink may lie beyond.
+CLEAR = 0.15
 
 
 def with_best_ends(context: Context, drawing: Drawing) -> Drawing:
@@ -64,6 +70,33 @@ def lengthened(lines: list[FloatArray], is_open: BoolArray, width: float, by: fl
 
     Ends that lie on another line, or on their own, stay.
     """
+    return _moved(lines, is_open, width, lambda end, direction: by)
+
+
+def with_flat_ends(lines: list[FloatArray], is_open: BoolArray, width: float, coverage: FloatArray) -> list[FloatArray]:
+    """Move the free ends of lines, (s, 3, 2) rows, to where flat ends would cover as much as their ink (H, W) does.
+
+    Ends that the ink does not tell, as other ink is near, count as those of round caps.
+    """
+
+    def miss(end: FloatArray, direction: FloatArray) -> float:
+        along = np.arange(-width, width + MARGIN, STEP)
+        across = np.arange(-width / 2 - MARGIN, width / 2 + MARGIN, STEP)
+        normal = np.array([-direction[1], direction[0]])
+        places = end + along[:, None, None] * direction + across[:, None] * normal
+        ink = ndimage.map_coordinates(coverage, places.reshape(-1, 2).T[::-1] - 0.5, order=1, mode="constant")
+        profile = ink.reshape(len(along), -1).sum(axis=1) * STEP / width
+        if abs(profile[0] - 1) > CLEAR or profile[-1] > CLEAR:
+            return float(width * REACH[ROUND])
+        return float(profile.sum() * STEP - width)
+
+    return _moved(lines, is_open, width, miss)
+
+
+def _moved(
+    lines: list[FloatArray], is_open: BoolArray, width: float, by: Callable[[FloatArray, FloatArray], float]
+) -> list[FloatArray]:
+    """Move the free ends of lines outwards by a length, px, that depends on the end and its outward direction."""
     samples = [_samples(rows, gap, width) for rows, gap in zip(lines, is_open, strict=True)]
     found = []
     for number, (rows, gap) in enumerate(zip(lines, is_open, strict=True)):
@@ -80,12 +113,12 @@ def lengthened(lines: list[FloatArray], is_open: BoolArray, width: float, by: fl
             direction = own[0] - own[min(2, len(own) - 1)]
             size = float(np.hypot(*direction))
             if near > width / 2 and size:
-                step = by * direction / size
-                if end == 0:
-                    rows[0, :2] += step
-                else:
-                    rows[-1] += step
-                    rows[-2, 2] += step
+                step = by(own[0], direction / size) * direction / size
+                handle = (0, 1) if end == 0 else (-2, 2)
+                # The handle stays where it is, on the tangent, and with it the curve, unless the end comes near it.
+                if np.hypot(*step) > np.hypot(*(own[0] - rows[handle])) / 2:
+                    rows[handle] += step
+                rows[end, : 1 if end == 0 else 3] += step
         found.append(rows)
     return found
 

@@ -18,7 +18,7 @@ from livecl.geometry.strokes import BUTT, MITER, ROUND
 from livecl.layering.context import Context
 from livecl.layering.segmentation.paper import paper_of, without_shading
 from livecl.layering.strokes.bridges import bridged
-from livecl.layering.strokes.ends import lengthened
+from livecl.layering.strokes.ends import REACH, lengthened, with_flat_ends
 from livecl.layering.strokes.inks import INKS, inks_of
 from livecl.layering.strokes.lines import RULES, Line, StrokeRules, find_traces, fitted_line
 
@@ -137,13 +137,13 @@ def best_pen(
 ) -> tuple[Drawing, FloatArray]:
     """Return lines as a layer, with the caps and joins that match the ink best, and its coverage (H, W)."""
     width = float(np.average([line.width for line in lines], weights=[line.length + line.width for line in lines]))
-    plain, is_open = [line.points for line in lines], np.array([not line.closed for line in lines])
+    is_open = np.array([not line.closed for line in lines])
+    flat = with_flat_ends([line.points for line in lines], is_open, width, coverage)
     options = []
     for cap, join in ((ROUND, ROUND), (BUTT, MITER), (ROUND, MITER)):
         interruption.check()
-        rows = lengthened(plain, is_open, width, width / 2) if cap == BUTT else plain
         layer = Drawing.from_outlines(
-            [rows],
+            [lengthened(flat, is_open, width, -width * REACH[cap])],
             color,
             canvas.size,
             canvas.background,

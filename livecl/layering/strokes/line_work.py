@@ -24,6 +24,7 @@ from livecl.layering.componentwise.candidates import SEGMENT_ERROR, paint_of
 from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas
 from livecl.layering.fills.choice import shading_of
+from livecl.layering.outlines.slack import edge_offset
 from livecl.layering.strokes.finding import strokes_of_inks
 from livecl.layering.strokes.thinning import COLOR_NUMBERS, LEFT, numbers_of_all
 from livecl.layering.structure.finding import structure_of
@@ -55,8 +56,7 @@ class Explanation(NamedTuple):
 
 
 def _explanation(context: Context, drawing: Drawing, around: float = 0.0) -> Explanation:
-    pixels = 3 * drawing.size[0] * drawing.size[1]
-    return Explanation(numbers_of_all(drawing) + around, pixels * context.visible_mse(drawing))
+    return Explanation(numbers_of_all(drawing) + around, context.priced_error(drawing))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -99,14 +99,23 @@ def line_work(context: Context, background: NDArray[Any] | None, total: int) -> 
     Greedy, from the cheaper of all strokes and none: each stroke is added or removed if that lowers the price. Pixel
     art has no strokes, as its outlines are exact.
     """
-    options = context.options
-    asked = 0 if options.path_gain else total
-    found = structure_of(context.target, background, total, shading_of(options), asked)
+    found = _structure(context, background, total)
     strokes = _without_dots(strokes_of_inks(context, background)[0])
     worthwhile = np.isin(np.arange(len(found.layers)), found.ranked)
     if found.exact or not strokes.num_layers:
         return LineWork(found, strokes.layer_subset(np.zeros(0, np.int64)), worthwhile, Explanation(0, 0))
     return _Choice(context, found, strokes, worthwhile).best()
+
+
+def edge_offset_of(context: Context, background: NDArray[Any] | None, total: int) -> float:
+    """Return the distance, px, that the edges of a flat picture may lie off, from the outlines of its structure."""
+    layers = _structure(context, background, total).layers
+    return edge_offset([points for layer in layers if not (layer.exact or layer.over) for points in layer.outlines])
+
+
+def _structure(context: Context, background: NDArray[Any] | None, total: int) -> Structure:
+    asked = 0 if context.options.path_gain else total
+    return structure_of(context.target, background, total, shading_of(context.options), asked)
 
 
 def _without_dots(strokes: Drawing) -> Drawing:
@@ -120,19 +129,26 @@ def _depths(context: Context, found: Structure, kept: BoolArray, strokes: Drawin
     """Return the number of layers of a structure below each of some strokes (K,), given which layers (N,) are kept.
 
     A stroke is visible where the top layer lies below it. Its depth is the one at which it removes most error; of
-    depths that differ by less than the price of a segment, the highest.
+    depths that differ by less than the price of a segment, the highest. Borders of regions do not count, as untrained
+    strokes miss them, and of what they miss else a part remains.
     """
     top, target = _top(found, kept), np.asarray(context.target, dtype=np.float64)
     shown = painted(found.regions, found.layers, found.ground, top)
     error = np.square(visible_error(target - shown)).sum(axis=-1)
-    depths = []
+    depths, inner = [], _inner(found)
     for alpha, color in zip(layer_alphas(strokes, context.rasterizer), strokes.colors, strict=True):
         paint = np.append(color[:3], 1.0)[: target.shape[2]]
         drawn = shown + alpha[..., None] * (paint - shown)
-        removed = error - np.square(visible_error(target - drawn)).sum(axis=-1)
+        removed = LEFT * inner * (error - np.square(visible_error(target - drawn)).sum(axis=-1))
         gains = np.cumsum(np.bincount(top.ravel(), removed.ravel(), len(found.layers) + 1))
         depths.append(int(np.flatnonzero(gains >= gains.max() - SEGMENT_ERROR)[-1]))
     return np.array(depths, dtype=np.int64)
+
+
+def _inner(found: Structure) -> BoolArray:
+    """Return the pixels (H, W) that are not at borders between regions."""
+    labels = found.regions.labels
+    return np.asarray(ndimage.minimum_filter(labels, 3) == ndimage.maximum_filter(labels, 3))
 
 
 def _top(found: Structure, kept: BoolArray) -> IntArray:
@@ -161,8 +177,7 @@ class _Choice:
         self._numbers = np.zeros(len(found.layers))
         for place, k in enumerate(layers):
             self._numbers[k] = numbers_of_all(self._fills.layer_subset([place]))
-        labels = found.regions.labels
-        self._inner = ndimage.minimum_filter(labels, 3) == ndimage.maximum_filter(labels, 3)
+        self._inner = _inner(found)
 
     def best(self) -> LineWork:
         """Return the cheapest choice found by greedy search."""

@@ -58,6 +58,8 @@ class StrokeRules:
         The same for lines longer than `long` widths, whose width is known well.
     same_shade : float
         Largest ratio of two equal strengths.
+    rounding : float
+        Radius of an arc, in half widths of its line, up to which it counts as a corner.
     distance : float
         Largest distance, px, between the centre line of ink and the fitted line.
     step, margin : float
@@ -89,6 +91,7 @@ class StrokeRules:
     one_width: float = 1.12
     long: float = 8.0
     same_shade: float = 1.2
+    rounding: float = 0.4
     distance: float = 0.35
     step: float = 0.25
     margin: float = 1.5
@@ -198,7 +201,10 @@ def fitted_line(trace: InkTrace, coverage: FloatArray, rules: StrokeRules = RULE
     if trace.closed:
         points = np.roll(points, -_straightest(points, 2.5 * radius), axis=0)
     oval = _oval(points, rules) if trace.closed else None
-    rows = fit_line(points, rules.distance, max(2.0, 2.5 * radius), trace.closed) if oval is None else oval
+    rows = oval
+    if rows is None:
+        is_sharp = functools.partial(_is_sharp, coverage, radius, rules)
+        rows = fit_line(points, rules.distance, max(2.0, 2.5 * radius), trace.closed, is_sharp)
     steps = points[0] - points[min(3, len(points) - 1)], points[-1] - points[-min(4, len(points))]
     ends = tuple(step / max(float(np.hypot(*step)), 1e-9) for step in steps)
     width, strength = _measured(points, radius, coverage, rules)
@@ -255,6 +261,20 @@ def _measured(points: FloatArray, radius: float, coverage: FloatArray, rules: St
         strength = 1.0
     width = float(np.median(across.reshape(len(points), -1).sum(axis=1))) * rules.step / strength
     return width, strength
+
+
+def _is_sharp(
+    coverage: FloatArray, radius: float, rules: StrokeRules, tip: FloatArray, outwards: FloatArray, half: float
+) -> bool:
+    """Whether a line has a corner: its ink reaches as far beyond the tip as a pen that goes to the tip draws.
+
+    Beyond the tip of a corner, a pen of radius r draws as far as r or, with a miter, farther. If it follows an arc of
+    radius R, it draws as far as r - R (1 / c - 1), c the cosine of half the turn.
+    """
+    reach = radius * (1 - rules.rounding * (1 / max(half, 0.1) - 1)) - rules.distance
+    places = tip + np.linspace(0, 1, 9)[:, None] * (max(reach, 0.0) * outwards)
+    ink = ndimage.map_coordinates(coverage, places.T[::-1] - 0.5, order=1, mode="nearest")
+    return bool(ink[-1] > ink.max() / 2 and ink[-1] > rules.faint / 2)
 
 
 def _straightest(points: FloatArray, reach: float) -> int:

@@ -56,10 +56,10 @@ def with_fewer_pens(context: Context, drawing: Drawing) -> tuple[Drawing, NDArra
 def _pays(context: Context, drawing: Drawing, fewer: Drawing) -> bool:
     """Whether the numbers saved are worth the error added."""
     interruption.check()
-    rise = context.visible_mse(fewer) - context.visible_mse(drawing)
+    rise = context.priced_error(fewer) - context.priced_error(drawing)
     pens = drawing.num_layers - fewer.num_layers
     saved = drawing.num_segments - fewer.num_segments + pens * PEN_NUMBERS / 6
-    return LEFT * rise * 3 * drawing.size[0] * drawing.size[1] < saved * SEGMENT_ERROR
+    return LEFT * rise < saved * SEGMENT_ERROR
 
 
 def _alike(drawing: Drawing) -> list[tuple[int, int]]:

@@ -113,9 +113,9 @@ class _Redrawing:
         """Return the drawing with other lines, and adopt these, if that costs less; else the drawing unchanged."""
         interruption.check()
         changed = _with_lines(drawing, self.layer, lines, rows)
-        rise = self.context.visible_mse(changed) - self.context.visible_mse(drawing)
+        rise = self.context.priced_error(changed) - self.context.priced_error(drawing)
         saved = drawing.num_segments - changed.num_segments
-        if LEFT * rise * 3 * drawing.size[0] * drawing.size[1] >= saved * SEGMENT_ERROR:
+        if LEFT * rise >= saved * SEGMENT_ERROR:
             return drawing
         self.lines, self.rows = lines, rows
         return changed

@@ -38,7 +38,7 @@ def thinned(context: Context, drawing: Drawing, free: NDArray[np.bool_], rules: 
 
     Only `free` (N,) layers without a gradient change.
     """
-    found, pixels = drawing, 3 * drawing.size[0] * drawing.size[1]
+    found = drawing
     candidates = np.flatnonzero(free & (drawing.strokes.widths == 0))
     for layer in np.setdiff1d(candidates, drawing.fills.gradient_layers).tolist():
         interruption.check()
@@ -48,8 +48,8 @@ def thinned(context: Context, drawing: Drawing, free: NDArray[np.bool_], rules: 
         order = np.arange(drawing.num_layers)
         order[layer] = drawing.num_layers
         changed = concatenate(found, stroke).layer_subset(order)
-        rise = context.visible_mse(changed) - context.visible_mse(found)
-        if LEFT * rise * pixels < (_numbers(drawing, layer) - _numbers(stroke, 0)) * SEGMENT_ERROR / 6:
+        rise = context.priced_error(changed) - context.priced_error(found)
+        if LEFT * rise < (_numbers(drawing, layer) - _numbers(stroke, 0)) * SEGMENT_ERROR / 6:
             found = changed
     return found
 

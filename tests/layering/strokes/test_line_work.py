@@ -5,14 +5,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.line_art import DRAWINGS, match
+from support.line_art import BLACK, DRAWINGS, arc, drawing, line, match
 from support.outlined_drawings import DRAWINGS as OUTLINED
 
 from livecl import Drawing, Options, Rasterizer, Result, render, vectorize
 from livecl.drawing import Strokes
+from livecl.drawing.assembly import scaled
 from livecl.geometry.strokes import BUTT, ROUND
 from livecl.layering.context import Context
-from livecl.layering.strokes.ends import lengthened, with_best_ends
+from livecl.layering.strokes.ends import REACH, lengthened, with_best_ends, with_flat_ends
 from livecl.layering.strokes.thinning import worth
 
 
@@ -67,3 +68,41 @@ def test_ends_on_other_lines_stay() -> None:
 
     np.testing.assert_allclose(longer[0, 0], (8, 20))
     np.testing.assert_array_equal(longer[-1], stem[-1])
+
+
+@pytest.mark.parametrize("cap", [BUTT, ROUND])
+def test_ends_are_where_their_ink_ends(cap: int) -> None:
+    true, short = _line(cap, 0.0), _line(cap, -2.5)
+    lines = [short.points[rows] for rows in short.subpaths()]
+    coverage = np.asarray(Rasterizer(true.size).coverages(true)[0], dtype=np.float64)
+
+    (rows,) = with_flat_ends(lines, np.array([True]), 8.0, coverage)
+
+    flat = 8 * REACH[cap]
+    np.testing.assert_allclose(rows[[0, -1], 0], [(20 - flat, 30), (60 + flat, 30)], atol=0.15)
+
+
+def _sampled(drawing: Drawing, samples: int) -> np.ndarray:
+    """Return a drawing as a renderer shows it that samples pixels `samples` x `samples` times."""
+    height, width = drawing.size
+    fine = np.asarray(render(scaled(drawing, (samples * height, samples * width))))[..., :3] > 0.5
+    return fine.reshape(height, samples, width, samples, 3).mean(axis=(1, 3)).astype(np.float32)
+
+
+def _head() -> Drawing:
+    """An arrow in a ring, as of an icon: wide lines, round caps and joins."""
+    return drawing((BLACK, 14, [arc(80, 80, 66), line((80, 50), (50, 80), (80, 110)), line((110, 80), (50, 80))]))
+
+
+@pytest.mark.parametrize("samples", [4, pytest.param(2, marks=pytest.mark.slow)])
+def test_lines_of_a_renderer_that_samples_pixels_are_strokes(samples: int) -> None:
+    """A free outline follows the steps of such a renderer, at less error: these show nothing that anybody drew."""
+    true = _head()
+
+    found = vectorize(_sampled(true, samples), options=Options(strokes="auto", background="#ffffff")).drawing
+
+    assert found.strokes.widths.all()
+    result = match(found, true)
+    assert result.distance < 0.3
+    assert result.width < 0.05
+    assert result.nodes <= 1.3
