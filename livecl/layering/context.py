@@ -43,13 +43,13 @@ class Context:
 
     @property
     def edge_offset(self) -> float:
-        """Distance, px, that the target's edges may lie off, 0 if that is not known; see `layering.outlines.slack`."""
+        """Distance, px, that the target's edges may lie off, 0 if that is not known; see `layering.slack`."""
         return 0.0
 
     @functools.cached_property
     def slack(self) -> NDArray[np.float64]:
         """Errors (H, W, C) that the target's edges are uncertain by."""
-        from livecl.layering.outlines.slack import edge_slack  # loads SciPy
+        from livecl.layering.slack import edge_slack  # loads SciPy
 
         return edge_slack(np.asarray(self.target, dtype=np.float64), self.edge_offset)
 

@@ -24,7 +24,7 @@ from livecl.layering.componentwise.candidates import SEGMENT_ERROR, paint_of
 from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas
 from livecl.layering.fills.choice import shading_of
-from livecl.layering.outlines.slack import edge_offset
+from livecl.layering.slack import edge_offset
 from livecl.layering.strokes.finding import strokes_of_inks
 from livecl.layering.strokes.thinning import COLOR_NUMBERS, LEFT, numbers_of_all
 from livecl.layering.structure.finding import structure_of

@@ -10,7 +10,7 @@ from support.line_art import DRAWINGS
 from livecl import Drawing, Options, Rasterizer, render
 from livecl.layering.context import Context
 from livecl.layering.outlines.edges import edge_polylines
-from livecl.layering.outlines.slack import MOST, edge_offset, edge_slack
+from livecl.layering.slack import MOST, edge_offset, edge_slack
 from livecl.layering.strokes.line_work import edge_offset_of
 
 
