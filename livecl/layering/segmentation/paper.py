@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.layering.segmentation.flat import noisy_regions
 from livecl.layering.segmentation.smooth import SmoothRegions
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
