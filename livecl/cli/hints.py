@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from livecl.arrays import FloatArray
 from livecl.image.reading import premultiplied
+from livecl.image.resizing import reduced
 from livecl.options import Options
 from livecl.run.recipe import Recipe
 from livecl.run.result import Result
@@ -23,6 +24,10 @@ LEFT, VISIBLE = 0.05, (2 / 255) ** 2
 #: the least range of a shaded block and its largest root mean square deviation from a plane.
 SMOOTH_SHARE, BLOCK, RANGE, MISS = 0.2, 16, 2.0, 0.75
 
+#: Share of the error that is noise or fine texture from which further paths hardly help; and the side, px, of the
+#: window whose median tells them from shapes: it keeps edges, and what is wider than half of it.
+FINE_SHARE, WINDOW = 0.5, 5
+
 
 def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
     """Return a hint on options to try if a drawing is far from its picture, (H, W, 3) or (H, W, 4), else ""."""
@@ -33,6 +38,11 @@ def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
     variance = float(np.mean(np.var(premultiplied(np.asarray(image, dtype=np.float32)), axis=(0, 1))))
     if result.mse < min(FAR, LEFT * variance):
         return ""
+    if fine_detail(image, result.working_size) >= FINE_SHARE * result.mse:
+        return (
+            "that is far from the picture, and most of what is missing is noise, or texture of a pixel or two, which "
+            "paths hardly show: try a picture that is smoothed or larger"
+        )
     used, most = result.drawing.num_layers, sum(recipe.stages)
     if recipe.chooses_paths and used <= MAX_DEFAULT_PATHS:
         most = MAX_DEFAULT_PATHS
@@ -47,6 +57,16 @@ def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
             "ramps: try --preset photo, or a smaller --path-gain"
         )
     return f"that is far from the picture: try more than {most} paths (--paths {4 * most})"
+
+
+def fine_detail(image: NDArray[np.floating], size: tuple[int, int] | None) -> float:
+    """Return the mean squared error of a picture, reduced to a size (height, width), against its local median."""
+    from scipy import ndimage
+
+    pixels = np.asarray(image, dtype=np.float32)
+    pixels = premultiplied(pixels if size is None else reduced(pixels, size))
+    local = ndimage.median_filter(pixels, (WINDOW, WINDOW, 1))
+    return float(np.mean(np.square(pixels - local, dtype=np.float64)))
 
 
 def smooth_share(image: NDArray[np.floating]) -> float:

@@ -36,6 +36,14 @@ def test_noise_flat_colour_and_lines_are_not_smooth(image: NDArray[np.float64]) 
     assert smooth_share(image) < 0.05
 
 
+def test_noise_is_named_as_such_and_not_answered_with_more_paths() -> None:
+    grain = np.random.default_rng(0).random((90, 160, 3))
+    assert "noise" in said(grain, 0.08) and "--paths" not in said(grain, 0.08)
+    cells = np.kron(np.random.default_rng(1).random((9, 16, 3)), np.ones((10, 10, 1)))  # many inks are no noise
+    assert "--paths 12" in said(cells, 0.05) and "noise" not in said(cells, 0.05)
+    assert "noise" not in said(RAMP, 0.005)
+
+
 def test_pale_pictures_have_a_lower_bound() -> None:
     """A drawing of a pale picture that lacks half of it has a small error all the same."""
     page = np.ones((90, 160, 3))
