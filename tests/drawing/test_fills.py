@@ -46,7 +46,7 @@ def assert_equal(a: Fills, b: Fills) -> None:
         ({"kinds": [1, 1, 2]}, r"^fills\.stop_offsets: wanted two or more stops"),
         ({"geometry": np.zeros((2, 3, 2))}, r"^fills\.geometry: shape"),
         ({"stop_offsets": [0, 0, 2, 4]}, r"^fills\.stop_offsets: wanted 4 offsets from 0 to 5"),
-        ({"stop_positions": [0, 1, 0.5, 0.3, 1]}, r"^fills\.stop_positions: must not fall"),
+        ({"stop_positions": [0, 1, 0.5, 0.3, 1]}, r"^fills\.stop_positions: must not decrease"),
         ({"stop_colors": np.full((5, 4), 1.5)}, r"^fills\.stop_colors: all numbers"),
     ],
 )
