@@ -27,6 +27,7 @@ def _state() -> State:
     state.holds = np.array([LOCKED, KEPT, FREE], np.int8)
     _numbered(state.points)
     _numbered(state.colors)
+    _numbered(state.widths)
     return state
 
 
@@ -42,7 +43,7 @@ def test_added_layers_are_free_and_new_for_adam() -> None:
     state.add(_drawing(13, 17), np.array([3, 0, 1, 4, 2]))
     assert np.allclose(state.drawing.colors[:, 0] * 24, [13, 1, 5, 17, 9])
     assert state.holds.tolist() == [FREE, LOCKED, KEPT, FREE, FREE]
-    assert state.colors.ages.tolist() == [0, 1, 2, 0, 3]
+    assert state.colors.ages.tolist() == state.widths.ages.tolist() == [0, 1, 2, 0, 3]
     assert state.points.ages.tolist() == [0] * 4 + list(range(1, 9)) + [0] * 4 + list(range(9, 13))
 
 
@@ -51,7 +52,8 @@ def test_layers_taken_out_take_theirs_along() -> None:
     state.keep_layers(np.array([0, 2]))
     assert np.allclose(state.drawing.colors[:, 0] * 24, [1, 9])
     assert state.holds.tolist() == [LOCKED, FREE]
-    assert state.colors.ages.tolist() == [1, 3] and state.points.ages.tolist() == [1, 2, 3, 4, 9, 10, 11, 12]
+    assert state.colors.ages.tolist() == state.widths.ages.tolist() == [1, 3]
+    assert state.points.ages.tolist() == [1, 2, 3, 4, 9, 10, 11, 12]
     assert len(state.pieces) == 8
 
 
@@ -59,9 +61,25 @@ def test_a_layer_made_of_others_is_free_and_new_for_adam() -> None:
     state = _state()
     state.replace_layers(_drawing(13, 5), np.array([-1, 1]))
     assert state.holds.tolist() == [FREE, KEPT]
-    assert state.colors.ages.tolist() == [0, 2] and not state.colors.mean[0].any() and state.colors.mean[1].all()
+    assert state.colors.ages.tolist() == state.widths.ages.tolist() == [0, 2]
+    assert not state.colors.mean[0].any() and state.colors.mean[1].all()
     assert state.points.ages.tolist() == [0] * 4 + [5, 6, 7, 8] and not state.points.square[:4].any()
     assert len(state.pieces) == 8
+
+
+def test_hidden_points_follow_their_layers_and_new_layers_have_none() -> None:
+    state = _state()
+    state.hidden = np.repeat([False, True, True], 4)[:, None].repeat(3, axis=1)
+    state.replace_layers(_drawing(13, 5), np.array([-1, 1]))
+    assert state.hidden is not None and state.hidden[:, 0].tolist() == [False] * 4 + [True] * 4
+
+
+def test_colors_of_a_palette_stay_and_are_new_for_adam() -> None:
+    state = _state()
+    state.recolor(_drawing(2, 6, 10))
+    assert state.keeps_colors and np.allclose(state.drawing.colors[:, 0] * 24, [2, 6, 10])
+    assert not state.colors.ages.any() and not state.colors.mean.any()
+    assert state.points.ages.tolist() == list(range(1, 13))
 
 
 def test_what_is_taken_back_is_as_it_was() -> None:
@@ -73,7 +91,8 @@ def test_what_is_taken_back_is_as_it_was() -> None:
     state.points.ages += 5
     state.restore(fallback)
     assert state.drawing is before and state.holds.tolist() == [LOCKED, KEPT, FREE]
-    assert state.points.ages.tolist() == list(range(1, 13)) and state.colors.ages.tolist() == [1, 2, 3]
+    assert state.points.ages.tolist() == list(range(1, 13))
+    assert state.colors.ages.tolist() == state.widths.ages.tolist() == [1, 2, 3]
 
 
 def test_a_copy_does_not_change_with_the_state() -> None:
