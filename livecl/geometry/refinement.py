@@ -112,6 +112,18 @@ def _misses(
     return (away * normal).sum(axis=1), basis, normal
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Side:
+    """The handles after the anchors, or those before them."""
+
+    rows: IntArray  # (S,), row of the x of each anchor's handle among the control points' coordinates
+    sign: int  # 1 after the anchors, -1 before
+    smooth: IntArray  # anchors of smooth joins, whose handle has a length
+    free: IntArray  # other anchors, whose handle has two coordinates
+    #: Anchors whose direction a line gives, and the line's ends: first the line before the anchor, then that after it.
+    ties: list[tuple[IntArray, IntArray, IntArray]]
+
+
 @dataclasses.dataclass(eq=False)
 class _Chain:
     """The unknowns of a path."""
@@ -180,7 +192,7 @@ class _Chain:
         scale = np.ones(total)
         turns = columns["way"][columns["way"] < total]
         scale[turns] = np.maximum(self.out, self.back)[columns["way"] < total] ** 2
-        at_row, at_column, values = self._derivatives(columns)
+        (at_row, at_column), values = self._places, self._derivatives()
         if total > MANY:  # each unknown is coupled to those of neighbouring segments only
             inside = at_column < total
             entries = (values[inside], (at_row[inside], at_column[inside]))
@@ -221,50 +233,66 @@ class _Chain:
         columns["total"] = total
         return columns
 
-    def _derivatives(self, c: dict[str, Any]) -> tuple[IntArray, IntArray, FloatArray]:
-        """Return the derivatives of the control points by the unknowns: rows, columns and values (COO: they add up)."""
-        count = len(self.anchors)
-        j = np.arange(count)
-        nxt = (j + 1) % count
-        entries: list[tuple[IntArray, IntArray, FloatArray]] = []
-
-        def add(rows: IntArray, columns: IntArray, values: FloatArray | float) -> None:
-            entries.append((rows, columns, np.broadcast_to(np.asarray(values, dtype=np.float64), rows.shape)))
-
-        for axis, name in enumerate(("x", "y")):
-            add(8 * j + axis, c[name], 1)
-            add(8 * j + 6 + axis, c[name][nxt], 1)
-            line = self.straight
-            for row, own in ((2, np.where(line, 2 / 3, 1.0)), (4, np.where(line, 1 / 3, 0.0))):
-                add(8 * j + row + axis, c[name], own)
-                add(8 * j + row + axis, c[name][nxt], 1 - own)
-        # handles after the anchors, in the rows of their own segments, and before them in those of the segments before
-        prev = (j - 1) % count
-        for rows, sign, kind, lengths, lines in (
-            (8 * j + 2, 1, "out", self.out, self.straight),
-            (8 * prev + 4, -1, "back", self.back, np.roll(self.straight, 1)),
-        ):
+    @functools.cached_property
+    def _sides(self) -> tuple[_Side, _Side]:
+        """Handles after the anchors, in the rows of their segments, and before them, in those of the one before."""
+        count, before = len(self.anchors), np.roll(self.straight, 1)
+        own = np.arange(count)
+        prev, following = (own - 1) % count, (own + 1) % count
+        pairs = ((self.smooth & before, own, prev), (self.smooth & self.straight, following, own))
+        sides = []
+        for rows, sign, lines in ((8 * own + 2, 1, self.straight), (8 * prev + 4, -1, before)):
             curved = ~lines
-            smooth, free = curved & self.smooth, curved & ~self.smooth
-            turned = np.stack([-self.ways[:, 1], self.ways[:, 0]], axis=1)
-            for axis in (0, 1):
-                at = rows + axis
-                add(at[smooth], c[kind][smooth], sign * self.ways[smooth, axis])
-                add(at[smooth], c["way"][smooth], (sign * lengths * turned[:, axis])[smooth])
-                add(at[free], c[kind if axis == 0 else kind + "_y"][free], float(sign))
+            ties = [(np.flatnonzero(curved & tied), a[curved & tied], b[curved & tied]) for tied, a, b in pairs]
+            smooth, free = np.flatnonzero(curved & self.smooth), np.flatnonzero(curved & ~self.smooth)
+            sides.append(_Side(rows, sign, smooth, free, ties))
+        return sides[0], sides[1]
+
+    @functools.cached_property
+    def _places(self) -> tuple[IntArray, IntArray]:
+        """Rows and columns of the derivatives that :meth:`_derivatives` returns."""
+        c, count = self._columns, len(self.anchors)
+        own = np.arange(count)
+        rows, columns = [], []
+        for axis, name in enumerate(("x", "y")):
+            following = np.roll(c[name], -1)
+            for row in (0, 2, 4):
+                rows.append(8 * own + row + axis)
+                columns.append(c[name])
+            for row in (6, 2, 4):
+                rows.append(8 * own + row + axis)
+                columns.append(following)
+        for side, kind in zip(self._sides, ("out", "back"), strict=True):
+            for axis, free in enumerate((kind, kind + "_y")):
+                at = side.rows + axis
+                rows += [at[side.smooth], at[side.smooth], at[side.free]]
+                columns += [c[kind][side.smooth], c["way"][side.smooth], c[free][side.free]]
+                for tied, a, b in side.ties:
+                    rows += 4 * [at[tied]]
+                    columns += [c["x"][a], c["x"][b], c["y"][a], c["y"][b]]
+        return np.concatenate(rows), np.concatenate(columns)
+
+    @functools.cached_property
+    def _anchor_shares(self) -> FloatArray:
+        """Derivatives of the control points by the anchors, which also move the handles."""
+        one, line = np.ones(len(self.anchors)), self.straight
+        thirds = [np.where(line, share / 3, whole) for share, whole in ((2, 1.0), (1, 0.0))]
+        return np.concatenate(2 * [one, *thirds, one, *(1 - third for third in thirds)])
+
+    def _derivatives(self) -> FloatArray:
+        """Return the derivatives of the control points by the unknowns, at `_places`, where they add up."""
+        turned = np.stack([-self.ways[:, 1], self.ways[:, 0]], axis=1)
+        values = [self._anchor_shares]
+        for side, lengths in zip(self._sides, (self.out, self.back), strict=True):
+            across, free = side.sign * lengths[:, None] * turned, np.full(len(side.free), float(side.sign))
             # A direction given by a line turns with the line's ends.
-            for tied, a, b in (
-                (smooth & np.roll(self.straight, 1), j, prev),
-                (smooth & self.straight, nxt, j),
-            ):
-                reach = np.maximum(np.hypot(*(self.anchors[a] - self.anchors[b]).T), 1e-9)
-                for axis in (0, 1):
-                    for other, name in enumerate(("x", "y")):
-                        value = sign * lengths * turned[:, axis] * turned[:, other] / reach
-                        add((rows + axis)[tied], c[name][a][tied], value[tied])
-                        add((rows + axis)[tied], c[name][b][tied], -value[tied])
-        at_row, at_column, values = (np.concatenate(column) for column in zip(*entries, strict=True))
-        return at_row, at_column, values
+            reaches = [np.maximum(np.hypot(*(self.anchors[a] - self.anchors[b]).T), 1e-9) for _, a, b in side.ties]
+            for axis in (0, 1):
+                values += [side.sign * self.ways[side.smooth, axis], across[side.smooth, axis], free]
+                for (tied, _, _), reach in zip(side.ties, reaches, strict=True):
+                    by_x, by_y = across[tied, axis] * turned[tied].T / reach
+                    values += [by_x, -by_x, by_y, -by_y]
+        return np.concatenate(values)
 
     def _moved(self, change: FloatArray, c: dict[str, Any]) -> _Chain:
         """Return the chain with its numbers changed."""
@@ -282,6 +310,7 @@ class _Chain:
             free_out=self.free_out + free_out,
             free_back=self.free_back + free_back,
         )
-        moved.__dict__["_columns"] = c
+        for name in ("_columns", "_sides", "_places", "_anchor_shares"):  # which unknowns there are stays
+            moved.__dict__[name] = getattr(self, name)
         moved._bound()
         return moved

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
-from livecl.geometry.polylines import polygon_area
+from livecl.geometry.polylines import polygon_area, polygon_mask
 from livecl.layering.outlines.completion import SHORTEST_GAP, completed_contour, joined_contours
 from livecl.layering.outlines.contours import AFTER, BEFORE, OWN, Contour, Outlines
 from livecl.layering.outlines.prices import Prices, hidden_price, outline_price
@@ -104,11 +104,9 @@ def _seen_through(outlines: Outlines, inner: int, around: int) -> bool:
 
 def _one_shape(one: FloatArray, other: FloatArray) -> bool:
     """Whether two outlines (n, 2), (m, 2) have about the same shape when stretched to one box."""
-    from skimage.draw import polygon2mask
-
     side = 64
     masks = [
-        polygon2mask((side, side), (side * (points - points.min(axis=0)) / np.ptp(points, axis=0)) - 0.5)
+        polygon_mask(side * (points - points.min(axis=0)) / np.ptp(points, axis=0), (side, side))
         for points in (one, other)
     ]
     return bool(np.sum(masks[0] & masks[1]) >= ONE_SHAPE * np.sum(masks[0] | masks[1]))

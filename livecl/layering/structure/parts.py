@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from livecl import interruption
 from livecl.geometry.corners import find_corners, noise_of
+from livecl.geometry.polylines import polygon_mask
 from livecl.layering.outlines.completion import completed_contour
 from livecl.layering.outlines.continuations import direction_at_end, smooth, straight_line
 from livecl.layering.outlines.contours import COMPLETED, Contour, Outlines
@@ -112,8 +113,6 @@ def _cuts(numbers: Iterable[int], outlines: Outlines, prices: Prices) -> dict[in
 
 def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, prices: Prices) -> _Cut | None:
     """Return the cut of a region with the largest saving; None if no cut saves anything."""
-    from skimage.draw import polygon2mask
-
     regions, (contour, *holes) = outlines.regions, outlines.of((k,))
     if regions.sizes[k] < LETTER * regions.labels.size or not all(inside[hole.across].any() for hole in holes):
         return None
@@ -137,7 +136,7 @@ def _best_cut(k: int, outlines: Outlines, inside: BoolArray, noise: float, price
         saved -= price
         if saved <= max(prices.saving, best.saved if best else 0.0) or (max if exact else min)(both) > prices.simple:
             continue
-        part = own & polygon2mask(own.shape, points[:, ::-1] - 0.5)
+        part = own & polygon_mask(points, own.shape)
         if LEAST_PART <= np.count_nonzero(part) <= np.count_nonzero(own) - LEAST_PART:
             best = _Cut(part, np.concatenate([chain[-1:], curve[::-1], chain[:1]]), saved)
     return best

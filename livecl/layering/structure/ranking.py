@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from livecl import interruption
 from livecl.drawing.fills import Fills
-from livecl.geometry.polylines import polygon_area
+from livecl.geometry.polylines import polygon_area, polygon_mask
 from livecl.layering.outlines.contours import Outlines
 from livecl.layering.segmentation.cores import pixel_centers
 from livecl.layering.segmentation.flat import SAME_COLOR, FlatRegions
@@ -306,13 +306,10 @@ class Structure:
 
 def mask_of(layer: Layer, size: tuple[int, int]) -> BoolArray:
     """Rasterize a layer's outlines to pixels (H, W)."""
-    from skimage.draw import polygon
-
+    interruption.check()
     winding = np.zeros(size, np.int64)
     for points in layer.outlines:
-        interruption.check()
-        rows, columns = points.T[::-1] - 0.5
-        winding[polygon(rows, columns, size)] += int(np.sign(polygon_area(points)))
+        winding[polygon_mask(points, size)] += int(np.sign(polygon_area(points)))
     return np.asarray(winding != 0)
 
 
