@@ -67,11 +67,15 @@ def containment(coverages: NDArray[Any], can_hold: NDArray[np.bool_]) -> tuple[l
     From coverages (N, H, W), bottom first; only layers that `can_hold` (N,) contain others.
     """
     flat = np.asarray(coverages).reshape(len(coverages), -1)
-    covered = (flat >= COVERED).astype(np.float32)
-    touched = (flat > TOUCHED).astype(np.float32)
+    # Most pixels lie in the same layers as many others: each kind of pixel is compared once, with its count.
+    layers = np.concatenate([flat >= COVERED, flat > TOUCHED])
+    kinds = np.ascontiguousarray(np.packbits(layers, axis=0).T)
+    _, first, counts = np.unique(kinds.view(f"V{kinds.shape[1]}").ravel(), return_index=True, return_counts=True)
+    covered, touched = np.split(layers[:, first].astype(np.float32), 2)
     overlap = touched @ touched.T > 0
-    areas = covered.sum(axis=1)
-    common = covered @ covered.T
+    weighted = covered * counts.astype(np.float32)
+    areas = weighted.sum(axis=1)
+    common = weighted @ covered.T
     holds = can_hold & (areas < GROUND * flat.shape[1])
     parents: list[int] = []
     order: list[int] = []

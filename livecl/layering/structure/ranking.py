@@ -306,9 +306,9 @@ class Structure:
 
 def mask_of(layer: Layer, size: tuple[int, int]) -> BoolArray:
     """Rasterize a layer's outlines to pixels (H, W)."""
-    interruption.check()
     winding = np.zeros(size, np.int64)
     for points in layer.outlines:
+        interruption.check()
         winding[polygon_mask(points, size)] += int(np.sign(polygon_area(points)))
     return np.asarray(winding != 0)
 
