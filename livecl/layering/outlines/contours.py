@@ -144,7 +144,7 @@ class Outlines:
         """Whether a changed outline still encloses the pixels of some regions, by a sample of about `SAMPLED`."""
         from skimage.measure import points_in_poly
 
-        if after is before or abs(after.area) >= abs(before.area):
+        if after is before:
             return True
         rows, columns = np.nonzero(np.isin(self.regions.labels, list(ids)))
         step = 1 + len(rows) // SAMPLED

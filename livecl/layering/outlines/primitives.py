@@ -71,9 +71,11 @@ def _ellipse(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray] | 
     a, b, c = conic
     d, e, f = back @ conic
     matrix = np.array([[a, b / 2], [b / 2, c]])
+    sizes, turn = np.linalg.eigh(matrix)
+    if np.abs(sizes).min() * SLIMMEST**2 < np.abs(sizes).max():  # too slim; of points on a line it is singular
+        return None
     center = -0.5 * np.linalg.solve(matrix, [d, e])
     level = center @ matrix @ center - f
-    sizes, turn = np.linalg.eigh(matrix)
     if level == 0 or (sizes / level <= 0).any():
         return None
     axes = np.sqrt(level / sizes)
@@ -81,7 +83,7 @@ def _ellipse(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray] | 
     radial = np.hypot(*inside.T)
     # Distance to first order (Sampson): the implicit function by the length of its gradient.
     away = scale * (radial**2 - 1) / np.maximum(2 * np.hypot(*(inside / axes).T), 1e-9)
-    if not _close(away) or axes.max() > SLIMMEST * axes.min() or _arc(inside) < ELLIPSE_ARC:
+    if not _close(away) or _arc(inside) < ELLIPSE_ARC:
         return None
     return mean + scale * center, scale * axes, turn
 

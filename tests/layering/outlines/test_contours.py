@@ -67,6 +67,22 @@ def region(outlines: Outlines, color: tuple[float, ...]) -> int:
     return int(np.abs(outlines.regions.colors - color).max(axis=1).argmin())
 
 
+def test_a_larger_outline_keeps_a_region_only_where_it_encloses_it() -> None:
+    outlines = three()
+    red = region(outlines, RED)
+    own = outlines.outer(red)
+
+    def moved(x: float, y: float, factor: float) -> Contour:
+        points = factor * (own.points - own.points.mean(axis=0)) + own.points.mean(axis=0) + (x, y)
+        return Contour(points, own.across, own.straight)
+
+    assert outlines.keeps([red], own, own) and outlines.keeps([red], own, moved(0, 0, 1.5))
+    assert not outlines.keeps([red], own, moved(0, 0, 0.9))
+    larger = moved(8, 0, 1.5)  # a third wider, but 3 px of the left of the region lie outside
+    assert abs(larger.area) > 2 * abs(own.area)
+    assert not outlines.keeps([red], own, larger)
+
+
 def test_outlines_enclose_their_regions_the_largest_first() -> None:
     outlines = three()
     red, blue = region(outlines, RED), region(outlines, BLUE)

@@ -39,6 +39,15 @@ def test_what_is_neither_fits_none() -> None:
     assert fitted_primitive(arc((30, 30), 0, 2)[:6]) is None
 
 
+def test_points_on_slanted_lines_fit_none() -> None:
+    # Of some in a thousand such lines the conic found is exactly singular.
+    rng = np.random.default_rng(0)
+    for count in range(12, 200):
+        for turn in rng.uniform(0, np.pi, 10):
+            along = np.arange(count)[:, None] * (np.cos(turn), np.sin(turn))
+            assert fitted_primitive(rng.uniform(0, 250, 2) + along) is None
+
+
 @pytest.mark.parametrize("at", [(90.0, 40.0), (50.0, 60.0)])
 def test_no_point_of_an_ellipse_may_lie_farther_off_than_the_limit(at: tuple[float, float]) -> None:
     """One of 160 points, at an end of an axis, moves outwards; the fit follows by little."""
