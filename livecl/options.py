@@ -88,10 +88,7 @@ class Options:
         "Rounds at the end that remove the least useful paths and place them anew; a round is kept if the error falls",
     )
     merge: bool = _option(True, "Merge neighbouring layers of one colour, in revisions and at the end")
-    prune: float = _option(
-        5e-6,
-        "Drop layers at the end that lower the mean squared error by less than this",
-    )
+    prune: float = _option(5e-6, "Drop layers at the end that lower the mean squared error by less than this")
     target_mse: float = _option(0.0, "End the run at this visible mean squared error; 0 for none")
     path_gain: float = _option(
         0.0,
