@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl import interruption
 from livecl.editing.constraints import Joins, Slack
 from livecl.editing.outline import ROUNDS
 from livecl.geometry import bezier
@@ -33,6 +34,7 @@ def tidied(subpath: FloatArray, tolerance: float) -> FloatArray:
     runs = bezier.evaluate(old, SHARES) @ (1, 1j)
     directions = joins.directions(subpath) @ (1, 1j)
     while joins.smooth.any() and len(curved):
+        interruption.check()
         free = ~np.stack([joins.smooth[curved], joins.smooth[after]], axis=1)
         tangents = Tangents(directions[curved], directions[after], free)
         fitted, distances = fit_curves(runs, np.ones((len(runs), SAMPLES)), tangents, ROUNDS)
@@ -51,6 +53,7 @@ def tidied(subpath: FloatArray, tolerance: float) -> FloatArray:
 def _without_bends(subpath: FloatArray) -> FloatArray:
     """Remove the anchors between nearly collinear lines from a closed subpath."""
     while len(subpath) > 2:
+        interruption.check()
         lines = _joins_of(subpath).lines
         before, after = np.roll(subpath[:, 0], 1, axis=0), np.roll(subpath[:, 0], -1, axis=0)
         chord, rest = after - before, subpath[:, 0] - before
