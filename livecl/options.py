@@ -45,12 +45,12 @@ class Options:
         If a value is not one of those named or out of range; the message names the field.
     """
 
+    iterations: int = _option(200, "Adam steps of each stage, at most")
     pixels_per_path: int = _option(
         1200,
         "Pixels for each path, at least those of 240 x 240, on which a picture placed by region is drawn before the "
         "last steps, which use all; 0 for all from the beginning",
     )
-    iterations: int = _option(200, "Adam steps of each stage, at most")
     segments: int = _option(4, "Cubic segments of each path")
     max_segments: int = _option(
         12,
