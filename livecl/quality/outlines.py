@@ -43,6 +43,15 @@ SAME_EDGE = 1.0
 SAME_SHAPE, PRECISION = 0.1, 9
 #: Distance between places of an outline, px.
 STEP = 0.5
+#: Counts of found things that are taken of all things, too: their names there.
+OF_ALL = {
+    "joins": "joins_all",
+    "joins_smooth": "joins_all_smooth",
+    "corners": "corners_all",
+    "corners_kept": "corners_all_kept",
+    "sides": "sides_all",
+    "sides_straight": "sides_all_straight",
+}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -57,12 +66,15 @@ class OutlineScores:
     shapes_written, shapes_false : int
         Such elements written for matched things, and those whose match is no such shape.
     joins, joins_smooth : int
-        Joins of the drawing's cubics and lines within half a pixel of the true outline where that is smooth and turns
+        Joins of found things' cubics and lines within half a pixel of the true outline where that is smooth and turns
         by less than a right angle within 3 px; and those that turn by 2 degrees or less.
     corners, corners_kept : int
-        Visible corners of the true things, and those with a corner of the drawing within half a pixel.
+        Visible corners of the true things that are found, and those with a corner of the drawing within half a pixel.
     sides, sides_straight : int
-        Visible straight sides of the true things, and those along which the drawing has lines.
+        Visible straight sides of the true things that are found, and those along which the drawing has lines.
+    joins_all, joins_all_smooth, corners_all, corners_all_kept, sides_all, sides_all_straight : int
+        The same of all things, found or not: joins of all that are matched; corners and sides of all true things, kept
+        by any outline of the drawing.
     level, level_exact : int
         Of these, horizontal and vertical sides of the true drawing that are lines in the other; and those that are
         exactly horizontal or vertical there.
@@ -82,6 +94,12 @@ class OutlineScores:
     corners_kept: int
     sides: int
     sides_straight: int
+    joins_all: int
+    joins_all_smooth: int
+    corners_all: int
+    corners_all_kept: int
+    sides_all: int
+    sides_all_straight: int
     level: int
     level_exact: int
     edge: float
@@ -105,31 +123,45 @@ def score_outlines(true: Drawing, drawing: Drawing) -> OutlineScores:
     covers, picture = rasterizer.coverages(true) >= INSIDE, _picture(true)
     counts: dict[str, Any] = dict.fromkeys((field.name for field in dataclasses.fields(OutlineScores)), 0)
     distances: list[FloatArray] = []
+    every = [drawing.cubics[rows] for layer in range(drawing.num_layers) for rows in drawing.subpaths(layer)]
+    whole = _Outline(every) if every else None
     for k in range(len(things)):
         subpaths = _subpaths(true, things, k)
         shape = _shape_within(subpaths)
         counts["shapes"] += shape is not None
+        uncovered = np.logical_not(covers[int(things.layers[k]) + 1 :].any(axis=0))
+        if subpaths and whole is not None:
+            anyone = _Pair(_Outline(subpaths, UNSEEN), whole, uncovered, picture)
+            _add(counts, {**anyone.corners(), **anyone.sides()}, OF_ALL)
         if overlap[k] < MISSED:
             continue
         own = _subpaths(drawing, ours, int(partner[k]))
         written = _written(own)
         counts["shapes_written"] += written is not None
         counts["shapes_false"] += written is not None and written != shape
+        pair = _Pair(_Outline(subpaths, UNSEEN), _Outline(own), uncovered, picture) if subpaths and own else None
+        if pair is not None:
+            _add(counts, pair.joins(), OF_ALL)
         if overlap[k] < FOUND:
             continue
         counts["shapes_found"] += shape is not None
         counts["shapes_drawn"] += shape is not None and written == shape
-        if subpaths and own:
-            uncovered = np.logical_not(covers[int(things.layers[k]) + 1 :].any(axis=0))
-            pair = _Pair(_Outline(subpaths, UNSEEN), _Outline(own), uncovered, picture)
-            for name, count in {**pair.joins(), **pair.corners(), **pair.sides()}.items():
-                counts[name] += count
+        if pair is not None:
+            _add(counts, {**pair.joins(), **pair.corners(), **pair.sides()})
             distances.append(pair.distances())
-    whole = np.concatenate([np.zeros(0), *distances])
-    near = whole[whole <= SAME_EDGE]
-    counts["edge"], counts["edge_missed"] = len(whole) * STEP, (len(whole) - len(near)) * STEP
+    gaps = np.concatenate([np.zeros(0), *distances])
+    near = gaps[gaps <= SAME_EDGE]
+    counts["edge"], counts["edge_missed"] = len(gaps) * STEP, (len(gaps) - len(near)) * STEP
     counts["displacement"] = float(near.mean()) if len(near) else 0.0
     return OutlineScores(**counts)
+
+
+def _add(counts: dict[str, Any], found: dict[str, int], names: dict[str, str] | None = None) -> None:
+    """Add what was found to the counts; with names, only what has one there, under that."""
+    for name, count in found.items():
+        key = name if names is None else names.get(name)
+        if key is not None:
+            counts[key] += count
 
 
 def _picture(drawing: Drawing) -> NDArray[Any]:

@@ -108,6 +108,18 @@ def test_missing_things_are_shapes_not_drawn() -> None:
     assert score_outlines(drawing_of(triangle()), build([([disc(25, 30, 15)], GREEN)], SIZE)).edge == 0
 
 
+def test_what_is_not_found_counts_among_all() -> None:
+    """A square of which half is drawn keeps the corners and sides that are there, but is not found."""
+    true, half = rectangle(20, 20, 60, 60), rectangle(20, 20, 60, 44)
+    found = scores(half, triangle(), true=(true, triangle()))
+    assert (found.corners, found.corners_kept, found.sides, found.sides_straight) == (3, 3, 3, 3)
+    assert (found.corners_all, found.corners_all_kept) == (7, 5)
+    assert (found.sides_all, found.sides_all_straight) == (7, 4)  # of two sides, half is there
+    assert (found.joins, found.joins_smooth, found.joins_all, found.joins_all_smooth) == (0, 0, 2, 0)
+    alone = scores(triangle(), true=(true, triangle()))
+    assert (alone.corners_all, alone.corners_all_kept, alone.joins_all) == (7, 3, 0)
+
+
 def test_numbers_are_those_of_shapes_and_transforms() -> None:
     svg = """<svg width="9" height="9" viewBox="0 0 9 9"><g transform="scale(2)">
     <path d="M1 2h3v4z" fill="#123456"/><path d="M0 0a5 5 0 013 4.5-1"/>
