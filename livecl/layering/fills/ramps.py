@@ -150,10 +150,14 @@ def fit_paint(
     pixels = Pixels(points[::step], colors[::step], weights[::step] * step)
     best = _solid(pixels)
     enough = NOISE * 3 * pixels.weights.sum()
-    for kind in ("linear", "radial"):
-        if kind not in kinds or best.error <= enough + price * (best.numbers - COLOR_NUMBERS):
+    for kind, fit in ((LINEAR, _linear), (RADIAL, _radial)):
+        # No gradient pays where the best fill costs less than its numbers alone, as it has two stops at least.
+        least = price * (GEOMETRY_NUMBERS[kind] + 2 * STOP_NUMBERS)
+        if KINDS[kind] not in kinds or best.error <= max(
+            enough + price * (best.numbers - COLOR_NUMBERS), least - price * best.numbers
+        ):
             continue
-        for found in (_linear if kind == "linear" else _radial)(pixels, price):
+        for found in fit(pixels, price):
             if found.error + price * found.numbers < best.error + price * best.numbers:
                 best = found
     return best
