@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from livecl.arrays import FloatArray
-from livecl.geometry import bezier
+from livecl.geometry import bezier, cyclic
 from livecl.geometry.ellipses import ellipses_of
 from livecl.geometry.polylines import polygon_area
 
@@ -73,7 +73,7 @@ def _outline_word(points: FloatArray, area: float) -> str:
         wide, narrow = np.hypot(*ellipse.axes.T)
         if np.abs(ellipse.distances(points)).max() <= ROUND * narrow + ROUND_MORE:
             return "circle" if wide <= EQUAL_SIDES * narrow else "oval"
-    sides = np.roll(points, -1, axis=0) - points
+    sides = cyclic.following(points) - points
     longest = sides[int(np.argmax(np.hypot(*sides.T)))]
     for along in ((1.0, 0.0), longest / max(float(np.hypot(*longest)), 1e-9)):
         turned = points @ np.array([[along[0], -along[1]], [along[1], along[0]]])
@@ -91,7 +91,7 @@ def _outline_word(points: FloatArray, area: float) -> str:
 
 def _distances(points: FloatArray, corners: FloatArray) -> FloatArray:
     """Return the distances of points (n, 2) from the nearest side of a closed polygon (m, 2)."""
-    sides = np.roll(corners, -1, axis=0) - corners
+    sides = cyclic.following(corners) - corners
     offsets = points[:, None] - corners
     along = (offsets * sides).sum(axis=2) / np.maximum((sides**2).sum(axis=1), 1e-12)
     rest = offsets - np.clip(along, 0, 1)[..., None] * sides

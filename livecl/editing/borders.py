@@ -23,7 +23,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
 from livecl.drawing.strokes import Strokes
 from livecl.editing.polish import polished
-from livecl.geometry import bezier
+from livecl.geometry import bezier, cyclic
 from livecl.geometry.offsetting import offset_outline
 from livecl.geometry.outlines import Outline, reversed_path
 from livecl.geometry.strokes import MITER, ROUND
@@ -201,7 +201,7 @@ def _offset(outline: Outline, distance: float, shortest: float) -> Outline | Non
 
     Holes turn the other way round.
     """
-    areas = [bezier.signed_area(np.concatenate([part, np.roll(part, -1, axis=0)[:, :1]], axis=1)) for part in outline]
+    areas = [bezier.signed_area(np.concatenate([part, cyclic.following(part)[:, :1]], axis=1)) for part in outline]
     outwards = distance * np.sign(areas[int(np.argmax(np.abs(areas)))])
     found = [offset_outline(part, outwards, shortest) for part in outline]
     return None if any(part is None for part in found) else [part for part in found if part is not None]

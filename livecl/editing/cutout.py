@@ -18,7 +18,7 @@ from livecl.drawing.assembly import outlines_of
 from livecl.drawing.checks import check_number
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.strokes import Strokes
-from livecl.geometry import bezier
+from livecl.geometry import bezier, cyclic
 from livecl.geometry.polylines import lengths_along
 
 FloatArray = NDArray[np.float64]
@@ -148,7 +148,7 @@ def _cut(path: Any, above: Any, trap: float) -> list[FloatArray] | None:
 
 
 def _cubics(subpath: FloatArray) -> FloatArray:
-    return np.concatenate([subpath, np.roll(subpath[:, :1], -1, axis=0)], axis=1)
+    return np.concatenate([subpath, cyclic.following(subpath[:, :1])], axis=1)
 
 
 def _subpaths(path: Any) -> list[FloatArray]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from livecl import interruption
 from livecl.editing.trace import SURE, SampledOutline
+from livecl.geometry import cyclic
 from livecl.geometry.bezier import cross, meeting_point
 from livecl.geometry.least_path import SHARES, SegmentPrices, Segments, Tangents, cheapest_way, fit_curves
 from livecl.geometry.polylines import unit
@@ -212,9 +213,9 @@ class _Assembly:
     ) -> None:
         self.trace, self.nodes, self.straight, self.fit = trace, nodes, straight, fit
         count = len(trace.points)
-        self.ends = np.roll(nodes, -1)
+        self.ends = cyclic.following(nodes)
         self.ends = np.where(self.ends <= nodes, self.ends + count, self.ends)
-        self.corner = corner | (straight & np.roll(straight, 1))
+        self.corner = corner | (straight & cyclic.preceding(straight))
         self.lines = [self._line(k) if straight[k] else None for k in range(len(nodes))]
 
     def path(self) -> FloatArray:
@@ -264,7 +265,7 @@ class _Assembly:
     def _handles(self, anchors: FloatArray) -> FloatArray:
         """Return the two handles of each segment: (s, 2, 2)."""
         count = len(anchors)
-        following = np.roll(anchors, -1, axis=0)
+        following = cyclic.following(anchors)
         handles = np.stack([anchors + (following - anchors) / 3, following - (following - anchors) / 3], axis=1)
         curved = np.flatnonzero(~self.straight)
         if not len(curved):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.editing.trace import SampledOutline
+from livecl.geometry import cyclic
 from livecl.geometry.bezier import evaluate
 from livecl.geometry.polylines import polygon_area
 from livecl.svg.primitives import ANGLE_DECIMALS, Primitive, ellipse, rectangle
@@ -110,7 +111,7 @@ def _deviation(measure: Distances, form: FloatArray, seen: FloatArray, shape: Pr
     """
     rest = measure(form, seen)
     slopes = _slopes(measure, form, seen, rest)
-    ends = np.roll(shape.points[:, :1], -1, axis=0)
+    ends = cyclic.following(shape.points[:, :1])
     around = evaluate(np.concatenate([shape.points, ends], axis=1), np.linspace(0, 1, 8, endpoint=False)).reshape(-1, 2)
     own = _slopes(measure, form, around, measure(form, around))
     if not (np.isfinite(slopes).all() and np.isfinite(own).all()):

@@ -24,6 +24,7 @@ from livecl.editing.polish import polished
 from livecl.editing.shapes import fitted_shapes
 from livecl.editing.tidying import tidied
 from livecl.editing.trace import SampledOutline, sampled
+from livecl.geometry import cyclic
 from livecl.geometry.bezier import signed_area
 from livecl.geometry.outlines import Outline
 from livecl.geometry.untangle import find_crossings, parted
@@ -121,7 +122,7 @@ def _without_crossings(context: Context, drawing: Drawing, free: NDArray[np.bool
 
 def _closed(subpath: FloatArray) -> FloatArray:
     """Return the cubics (m, 4, 2) of a closed subpath (m, 3, 2)."""
-    return np.concatenate([subpath, np.roll(subpath[:, :1], -1, axis=0)], axis=1)
+    return np.concatenate([subpath, cyclic.following(subpath[:, :1])], axis=1)
 
 
 def _verified(context: Context, drawing: Drawing, edited: Drawing, paints: _Paints) -> Drawing:
@@ -261,8 +262,8 @@ def price_of(outline: Outline) -> float:
 def _price_of(data: bytes) -> float:
     """Return what a subpath costs, given as the bytes of its points (m, 3, 2): the same one is often weighed again."""
     subpath, fit = np.frombuffer(data).reshape(-1, 3, 2), FITS[0]
-    joins = Joins(subpath, np.roll(np.arange(len(subpath)), -1), np.ones(len(subpath), bool))
-    lines = joins.lines.astype(int) + np.roll(joins.lines, 1)
+    joins = Joins(subpath, cyclic.following(np.arange(len(subpath))), np.ones(len(subpath), bool))
+    lines = joins.lines.astype(int) + cyclic.preceding(joins.lines)
     known = np.abs(joins.directions(subpath)).min(axis=1) < SHORT
     price = _numbers_of(subpath) + fit.corner * np.count_nonzero(~joins.smooth & (lines < 2))
     price += fit.flat * float(np.maximum(1 - joins.turns / FLAT, 0)[~joins.smooth].sum())
@@ -289,7 +290,7 @@ def _numbers_of_shape(shape: Primitive) -> int:
 
 
 def _numbers_of(subpath: FloatArray) -> int:
-    following = np.roll(np.arange(len(subpath)), -1)
+    following = cyclic.following(np.arange(len(subpath)))
     held = rounded_points(subpath, following, np.ones(len(subpath), bool), PRECISION)
     return len(_NUMBER.findall(format_outline(held, PRECISION)))
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from livecl import interruption
 from livecl.editing.constraints import Joins, Slack
 from livecl.editing.outline import ROUNDS
-from livecl.geometry import bezier
+from livecl.geometry import bezier, cyclic
 from livecl.geometry.least_path import SAMPLES, SHARES, Tangents, fit_curves
 
 FloatArray = NDArray[np.float64]
@@ -30,7 +30,7 @@ def tidied(subpath: FloatArray, tolerance: float) -> FloatArray:
     tidy = subpath.copy()
     curved = np.flatnonzero(~joins.lines)
     after = (curved + 1) % count
-    old = np.concatenate([subpath, np.roll(subpath[:, :1], -1, axis=0)], axis=1)[curved]
+    old = np.concatenate([subpath, cyclic.following(subpath[:, :1])], axis=1)[curved]
     runs = bezier.evaluate(old, SHARES) @ (1, 1j)
     directions = joins.directions(subpath) @ (1, 1j)
     while joins.smooth.any() and len(curved):
@@ -55,12 +55,12 @@ def _without_bends(subpath: FloatArray) -> FloatArray:
     while len(subpath) > 2:
         interruption.check()
         lines = _joins_of(subpath).lines
-        before, after = np.roll(subpath[:, 0], 1, axis=0), np.roll(subpath[:, 0], -1, axis=0)
+        before, after = cyclic.preceding(subpath[:, 0]), cyclic.following(subpath[:, 0])
         chord, rest = after - before, subpath[:, 0] - before
         length = np.maximum(np.hypot(*chord.T), 1e-12)
         share = (chord * rest).sum(axis=1) / length**2
         off = np.abs(bezier.cross(chord, rest)) / length
-        off[~(lines & np.roll(lines, 1) & (share > 0) & (share < 1))] = np.inf
+        off[~(lines & cyclic.preceding(lines) & (share > 0) & (share < 1))] = np.inf
         k = int(np.argmin(off))
         if off[k] > NEARLY.straight:
             break
@@ -72,4 +72,4 @@ def _without_bends(subpath: FloatArray) -> FloatArray:
 
 def _joins_of(subpath: FloatArray) -> Joins:
     count = len(subpath)
-    return Joins(subpath, np.roll(np.arange(count), -1), np.ones(count, bool), NEARLY)
+    return Joins(subpath, cyclic.following(np.arange(count)), np.ones(count, bool), NEARLY)

@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.geometry import bezier
+from livecl.geometry import bezier, cyclic
 from livecl.geometry.polylines import lengths_along, points_at, unit
 
 FloatArray = NDArray[np.float64]
@@ -114,7 +114,7 @@ def _extremes(points: FloatArray, step: float) -> NDArray[np.bool_]:
     reach = max(1, round(BEND_REACH / step))
     outward = [points - np.roll(points, shift, axis=0) for shift in (-reach, reach)]
     far = (outward[0] * outward[1] > 0) & (np.minimum(*np.abs(outward)) > BENT)
-    turns = (points - np.roll(points, 1, axis=0)) * (np.roll(points, -1, axis=0) - points) <= 0
+    turns = (points - cyclic.preceding(points)) * (cyclic.following(points) - points) <= 0
     return np.asarray((far & turns).any(axis=1))
 
 
@@ -127,9 +127,9 @@ def _sides(points: FloatArray, step: float) -> IntArray:
     flat = np.abs(off) <= SAGITTA
     if flat.all() or not flat.any():
         return np.zeros((0, 2), np.int64)
-    starts = np.flatnonzero(flat & ~np.roll(flat, 1))
-    ends = np.flatnonzero(flat & ~np.roll(flat, -1))
-    ends = ends if ends[0] >= starts[0] else np.roll(ends, -1)
+    starts = np.flatnonzero(flat & ~cyclic.preceding(flat))
+    ends = np.flatnonzero(flat & ~cyclic.following(flat))
+    ends = ends if ends[0] >= starts[0] else cyclic.following(ends)
     ends = np.where(ends < starts, ends + count, ends)
     kept = []
     for a, b in zip(starts, ends, strict=True):

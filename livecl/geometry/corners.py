@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.arrays import FloatArray, IntArray
+from livecl.geometry import cyclic
 
 ComplexArray = NDArray[np.complex128]
 
@@ -93,7 +94,7 @@ def find_corners(points: FloatArray, noise: float) -> CorneredOutline:
         & (np.abs(determinant) > 0.05)
     )
     away = np.abs(meet - z)
-    before, after = _distance(meet, np.roll(z, 1), z), _distance(meet, z, np.roll(z, -1))
+    before, after = _distance(meet, cyclic.preceding(z), z), _distance(meet, z, cyclic.following(z))
     sharp &= np.minimum(before, after) < np.minimum(CUT_OFF * np.tan(bends / 2) + 2 * noise, MOST_CUT_OFF)
     # Of the points whose arms meet at one corner, the one that fits best is kept; no arm extends across a corner.
     misses = ahead.miss + behind.miss[::-1]
@@ -153,8 +154,8 @@ def _third_differences(polylines: Sequence[FloatArray], width: int) -> FloatArra
         if len(points) >= 8 * width:
             means = points[: len(points) // width * width].reshape(-1, width, 2).mean(axis=1)
             z = np.sqrt(width) * (means[:, 0] + 1j * means[:, 1])
-            third = np.roll(z, -2) - 3 * np.roll(z, -1) + 3 * z - np.roll(z, 1)
-            along = np.roll(z, -1) - z
+            third = np.roll(z, -2) - 3 * cyclic.following(z) + 3 * z - cyclic.preceding(z)
+            along = cyclic.following(z) - z
             found.append(np.abs((along.conj() * third).imag) / np.maximum(np.abs(along), 1e-9))
     return np.concatenate(found)
 
@@ -170,7 +171,7 @@ def _distance(z: ComplexArray, start: ComplexArray, end: ComplexArray) -> FloatA
 def _arms(z: ComplexArray, noise: float) -> _Arms:
     """Fit to the points after each one the first arm that is close enough."""
     count = len(z)
-    at, way = z.copy(), np.roll(z, -1) - z
+    at, way = z.copy(), cyclic.following(z) - z
     error, misses, reach = np.ones(count), np.ones(count), np.ones(count, np.int64)
     open_ = np.ones(count, bool)
     for first, number, degree in ARMS:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from livecl import interruption
 from livecl.arrays import FloatArray, IntArray
-from livecl.geometry import bezier
+from livecl.geometry import bezier, cyclic
 
 #: Flattening tolerance, px.
 FLATTENING = 0.01
@@ -41,7 +41,7 @@ def crossing_area(cubics: ArrayLike, tolerance: float = FLATTENING) -> float:
 
 def polygon_crossing_area(start: FloatArray) -> float:
     """Return :func:`crossing_area` of a closed polygon of corners (n, 2), px^2."""
-    end = np.roll(start, -1, axis=0)
+    end = cyclic.following(start)
     meetings = _heights_of_meetings(start, end)
     if not len(meetings):
         return 0.0

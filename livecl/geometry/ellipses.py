@@ -8,6 +8,7 @@ import dataclasses
 import numpy as np
 
 from livecl.arrays import FloatArray
+from livecl.geometry import cyclic
 
 #: Length of the handles of a quarter of an ellipse as a share of its half axes: the cubic that meets the quarter circle
 #: in its middle, 4 (sqrt 2 - 1) / 3, is off by at most 2.7e-4 of the radius.
@@ -25,7 +26,7 @@ class Ellipse:
     def cubics(self) -> FloatArray:
         """Return the quarters (4, 4, 2) from the end of one half axis to that of the next."""
         start = np.concatenate([self.axes, -self.axes])
-        end = np.roll(start, -1, axis=0)
+        end = cyclic.following(start)
         return np.asarray(self.center + np.stack([start, start + KAPPA * end, end + KAPPA * start, end], axis=1))
 
     def distances(self, points: FloatArray) -> FloatArray:
@@ -64,7 +65,7 @@ def ellipses_of(points: FloatArray) -> list[Ellipse]:
     """
     origin = points.mean(axis=0)
     p = points - origin
-    q = np.roll(p, -1, axis=0)
+    q = cyclic.following(p)
     cross = p[:, 0] * q[:, 1] - q[:, 0] * p[:, 1]
     area = cross.sum() / 2
     if abs(area) < 1e-6:

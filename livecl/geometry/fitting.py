@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.arrays import FloatArray
+from livecl.geometry import cyclic
 from livecl.geometry.bezier import bernstein
 from livecl.geometry.polylines import evenly
 
@@ -31,7 +32,7 @@ def fit_outlines(polyline: FloatArray, most: int) -> list[FloatArray]:
     list of (s, 3, 2) float64
         The path of s segments is at index s - 1; it runs the way the polyline does.
     """
-    length = float(np.hypot(*(np.roll(polyline, -1, axis=0) - polyline).T).sum())
+    length = float(np.hypot(*(cyclic.following(polyline) - polyline).T).sum())
     places = max(most, int(np.clip(np.ceil(length / SPACING), LEAST_PLACES, PLACES)))
     points = evenly(polyline, places * FINE)
     errors, handles = _segment_fits(points, places)
@@ -55,7 +56,7 @@ def _segment_fits(points: FloatArray, places: int) -> tuple[FloatArray, FloatArr
     errors, handles = np.empty((places, places)), np.empty((places, places, 2, 2))
     starts = FINE * np.arange(places)
     twice = np.tile(points @ (1, 1j), 2)  # a complex number is looked up in one go
-    steps = np.roll(twice, -1) - twice
+    steps = cyclic.following(twice) - twice
     for length in range(1, places + 1):
         along = np.linspace(0, FINE * length, POINTS + 1)
         whole = along.astype(np.int64)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from livecl.arrays import FloatArray
+from livecl.geometry import cyclic
 from livecl.geometry.bezier import cross, meeting_point, signed_area
 
 #: Area, px^2, below which an outline is empty.
@@ -25,16 +26,16 @@ def offset_outline(points: FloatArray, distance: float, shortest: float = 0.0) -
     Positive distances move it outwards if its signed area is positive. Segments with a chord below `shortest`, px, are
     left out; None if nothing is left.
     """
-    cubics = np.concatenate([points, np.roll(points, -1, axis=0)[:, :1]], axis=1)
+    cubics = np.concatenate([points, cyclic.following(points)[:, :1]], axis=1)
     turn = np.sign(signed_area(cubics))
     cubics = cubics[np.abs(np.diff(cubics, axis=1)).sum(axis=(1, 2)) > 1e-9]
     if shortest:
         cubics = cubics[np.hypot(*(cubics[:, 3] - cubics[:, 0]).T) >= shortest]
     while len(cubics) > 1:
         out, into = _directions(cubics), -_directions(cubics[:, ::-1])
-        before = np.roll(into, 1, axis=0)
-        anchors = _meetings(np.roll(cubics[:, 3], 1, axis=0), before, cubics[:, 0], out, distance)
-        ends = np.roll(anchors, -1, axis=0)
+        before = cyclic.preceding(into)
+        anchors = _meetings(cyclic.preceding(cubics[:, 3]), before, cubics[:, 0], out, distance)
+        ends = cyclic.following(anchors)
         old, new = cubics[:, 3] - cubics[:, 0], ends - anchors
         turned = (old * new).sum(axis=1) <= 0
         turned &= np.hypot(*old.T) > 1e-9

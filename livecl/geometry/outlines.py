@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from livecl.arrays import FloatArray
+from livecl.geometry import cyclic
 
 #: Closed subpaths (s, 3, 2) of a layer, px: rows as in `Drawing.points`.
 Outline: TypeAlias = list[FloatArray]
@@ -24,7 +25,7 @@ def circle(center: ArrayLike, radius: float, segments: int) -> FloatArray:
 def polygon_path(corners: ArrayLike) -> FloatArray:
     """Return the closed path (s, 3, 2) of straight sides between corners (s, 2), px."""
     corners = np.asarray(corners, dtype=np.float64)
-    sides = np.roll(corners, -1, axis=0) - corners
+    sides = cyclic.following(corners) - corners
     return np.stack([corners, corners + sides / 3, corners + 2 * sides / 3], axis=1)
 
 
@@ -40,4 +41,4 @@ def random_outline(center: ArrayLike, segments: int, size: tuple[int, int], rng:
 
 def reversed_path(path: FloatArray) -> FloatArray:
     """Return a closed path (s, 3, 2) in the opposite direction, from the same anchor."""
-    return np.roll(path.reshape(-1, 2)[::-1], 1, axis=0).reshape(path.shape)
+    return cyclic.preceding(path.reshape(-1, 2)[::-1]).reshape(path.shape)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from livecl.arrays import BoolArray, FloatArray
+from livecl.geometry import cyclic
 
 
 def lengths_along(points: FloatArray) -> FloatArray:
@@ -46,7 +47,7 @@ def polygon_mask(points: FloatArray, size: tuple[int, int]) -> BoolArray:
     one that turns back. A centre on an edge is inside if the area lies to its right.
     """
     height, width = size
-    ends = np.roll(points, -1, axis=0)
+    ends = cyclic.following(points)
     first, last = (
         np.clip(np.ceil(bound(points[:, 1], ends[:, 1]) - 0.5), 0, height).astype(np.int64)
         for bound in (np.minimum, np.maximum)

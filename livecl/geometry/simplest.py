@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.arrays import BoolArray, FloatArray
+from livecl.geometry import cyclic
 from livecl.geometry.corners import CorneredOutline
 from livecl.geometry.least_path import SHARES, SegmentPrices, Segments, cheapest_way
 
@@ -44,7 +45,7 @@ class MeasuredOutline:
         self._s = np.concatenate([self.lengths[:-1], self.lengths + self.total])
         self._z = np.concatenate([z, closed])
         wide = np.roll(z, -2) - np.roll(z, 2)
-        turns = np.abs(np.angle(np.roll(wide, -1) / np.where(wide == 0, 1, wide)))
+        turns = np.abs(np.angle(cyclic.following(wide) / np.where(wide == 0, 1, wide)))
         turns[outline.corners] = 0
         self._effort = np.concatenate([[0.0], np.cumsum(turns)]) / PLACE_TURN + self.lengths / PLACE_LENGTH
 
@@ -131,7 +132,7 @@ def without_anchors(measured: MeasuredOutline, draft: Draft, prices: SegmentPric
     starts = draft.places[before]
     ends = starts + (draft.places[after] - starts) % measured.total
     fits = _Fits(measured, starts, ends, prices)
-    own_ends = draft.places + (np.roll(draft.places, -1) - draft.places) % measured.total
+    own_ends = draft.places + (cyclic.following(draft.places) - draft.places) % measured.total
     own = _Fits(measured, draft.places, own_ends, prices).least
     rises = fits.least - own[before] - own[numbers]
     found = []

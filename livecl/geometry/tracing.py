@@ -8,6 +8,7 @@ import dataclasses
 import numpy as np
 
 from livecl.arrays import FloatArray
+from livecl.geometry import cyclic
 from livecl.geometry.bezier import signed_area
 from livecl.geometry.corners import CorneredOutline, find_corners
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area, polygon_crossing_area
@@ -110,7 +111,7 @@ def _refined(
     A join becomes a corner if the error of the segments beside it exceeds a segment's price.
     """
     found = refined(measured, draft, steps)
-    far = found.smooth & (found.errors + np.roll(found.errors, 1) > prices.line)
+    far = found.smooth & (found.errors + cyclic.preceding(found.errors) > prices.line)
     if far.any():
         bent = dataclasses.replace(draft, corners=draft.corners | far)
         again = refined(measured, bent, steps)
@@ -122,8 +123,8 @@ def _refined(
 
 def _best_ellipse(points: FloatArray, prices: SegmentPrices) -> tuple[float, FloatArray | None]:
     """Return the price and the cubics of the cheapest ellipse along an outline."""
-    sizes = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
-    weights = (sizes + np.roll(sizes, 1)) / 2
+    sizes = np.hypot(*(cyclic.following(points) - points).T)
+    weights = (sizes + cyclic.preceding(sizes)) / 2
     best: tuple[float, FloatArray | None] = np.inf, None
     for ellipse in ellipses_of(points):
         error = float((weights * ellipse.distances(points) ** 2).sum())

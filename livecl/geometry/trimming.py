@@ -13,6 +13,7 @@ import itertools
 import numpy as np
 
 from livecl.arrays import FloatArray
+from livecl.geometry import cyclic
 from livecl.geometry.bezier import bernstein, subsegment
 
 #: Shortest piece of a segment that is cut off, in its parameter.
@@ -33,7 +34,7 @@ def trimmed_outline(points: FloatArray, low: FloatArray, high: FloatArray) -> Fl
     """
     if (points >= low).all() and (points <= high).all():
         return points
-    cubics = np.concatenate([points, np.roll(points[:, :1], -1, axis=0)], axis=1)
+    cubics = np.concatenate([points, cyclic.following(points[:, :1])], axis=1)
     whole = cubics
     for axis in (0, 1):
         for sign, limit in ((-1.0, low[axis]), (1.0, high[axis])):
@@ -69,7 +70,7 @@ def _cut(cubics: FloatArray, axis: int, sign: float, limit: float) -> FloatArray
             row[-1] = np.concatenate([row[-1][:3], start[None]])
             row.append(start + _THIRDS * (stop - start))
     cut = np.array(row)
-    cut[:, 0] = np.roll(cut[:, 3], 1, axis=0)
+    cut[:, 0] = cyclic.preceding(cut[:, 3])
     return cut
 
 

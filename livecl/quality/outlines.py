@@ -17,6 +17,7 @@ from livecl.arrays import BoolArray, FloatArray
 from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.editing.shapes import shape_within
+from livecl.geometry import cyclic
 from livecl.geometry.bezier import cross, flatten
 from livecl.geometry.polylines import lengths_along, points_at, unit
 from livecl.quality.things import FOUND, INSIDE, MISSED, Things, match_things, things_of_drawing
@@ -214,7 +215,7 @@ class _Outline:
     def __init__(self, subpaths: list[FloatArray], shortest: float = 1e-6) -> None:
         parts = [_whole_segments(cubics, shortest) for cubics in subpaths]
         cubics = np.concatenate(parts)
-        before = np.concatenate([np.roll(part, 1, axis=0) for part in parts])
+        before = np.concatenate([cyclic.preceding(part) for part in parts])
         self.anchors = cubics[:, 0]
         after, into = _first_step(cubics), _first_step(before[:, ::-1])
         cosine = -(after * into).sum(axis=1)
@@ -227,7 +228,7 @@ class _Outline:
         places, self.polylines = zip(*map(_places, subpaths), strict=True)
         self.tight = np.concatenate([_tight(part) for part in places])
         self.places = np.concatenate(places)
-        self.ways = np.concatenate([unit(np.roll(part, -1, axis=0) - np.roll(part, 1, axis=0)) for part in places])
+        self.ways = np.concatenate([unit(cyclic.following(part) - cyclic.preceding(part)) for part in places])
 
     def distances(self, points: FloatArray) -> FloatArray:
         """Return the distances of points (n, 2) from the outline, px: (n,)."""
@@ -237,8 +238,8 @@ class _Outline:
 
 def _tight(places: FloatArray) -> FloatArray:
     """Return the places (n, 2) of a closed subpath that turns by TIGHT or more within APART before and after them."""
-    steps = (np.roll(places, -1, axis=0) - places) @ (1, 1j)
-    angles = np.angle(steps / np.where(np.roll(steps, 1) == 0, 1, np.roll(steps, 1)))
+    steps = (cyclic.following(places) - places) @ (1, 1j)
+    angles = np.angle(steps / np.where(cyclic.preceding(steps) == 0, 1, cyclic.preceding(steps)))
     reach = round(APART / STEP)
     turn = np.sum([np.roll(angles, shift) for shift in range(-reach, reach + 1)], axis=0)
     return places[np.abs(turn) >= np.radians(TIGHT)]

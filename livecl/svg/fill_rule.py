@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from livecl.arrays import FloatArray, IntArray
-from livecl.geometry import bezier
+from livecl.geometry import bezier, cyclic
 
 #: Horizontal lines on which the fill rules are compared.
 _NUM_ROWS = 256
@@ -56,7 +56,7 @@ def _flattened(outline: list[FloatArray], tolerance: float) -> tuple[FloatArray,
     subpaths = np.repeat(np.arange(len(outline)), [len(subpath) for subpath in outline])
     lines = bezier.flatten(cubics, tolerance, _MAX_LINES)
     last = np.diff(lines.segments, append=len(cubics)) > 0  # the last line of a cubic
-    ends = np.where(last[:, None], cubics[lines.segments, 3], np.roll(lines.corners, -1, axis=0))
+    ends = np.where(last[:, None], cubics[lines.segments, 3], cyclic.following(lines.corners))
     return np.stack([lines.corners, ends], axis=1), subpaths[lines.segments]
 
 

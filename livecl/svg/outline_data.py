@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl.arrays import FloatArray
+from livecl.geometry import cyclic
 from livecl.svg.servers import format_decimal
 
 IntArray = NDArray[np.integer]
@@ -74,7 +75,7 @@ def format_outline(points: FloatArray, precision: int, is_open: bool = False, cu
     """
     drift = 2 * (len(points) + 1) * np.spacing(np.abs(points).max())
     relative = bool(drift < 0.5 * 10**-MAX_PRECISION)
-    ends = np.roll(points[:, 0], -1, axis=0)
+    ends = cyclic.following(points[:, 0])
     rows = np.concatenate([points, ends[:, None]], axis=1)[: -1 if is_open else None]
     straight = straight_segments(rows[:, :3], rows[:, 3], precision) & (not cubics)
     if (

@@ -13,7 +13,7 @@ import numpy as np
 
 from livecl.arrays import FloatArray
 from livecl.drawing.fills import MAX_COORDINATE
-from livecl.geometry import bezier
+from livecl.geometry import bezier, cyclic
 from livecl.geometry.strokes import CAPS, JOINS, Pens, outline_strokes
 from livecl.svg import shapes
 from livecl.svg.coordinates import Units, length_in_pixels
@@ -156,7 +156,7 @@ def outlined(lines: Lines, pen: Pen, tolerance: float) -> list[FloatArray]:
         tolerance=tolerance,
     )
     polygons = np.split(outlines.points, outlines.loop_offsets[1:-1]) if len(outlines.points) else []
-    return [np.stack([a, a + (b - a) / 3, b - (b - a) / 3, b], 1) for a in polygons for b in [np.roll(a, -1, axis=0)]]
+    return [np.stack([a, a + (b - a) / 3, b - (b - a) / 3, b], 1) for a in polygons for b in [cyclic.following(a)]]
 
 
 def dashed(lines: Lines, pen: Pen) -> Lines:

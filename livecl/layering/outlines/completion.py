@@ -16,6 +16,7 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from livecl import interruption
 from livecl.arrays import BoolArray, FloatArray, IntArray
+from livecl.geometry import cyclic
 from livecl.geometry.crossings import polygon_crossing_area
 from livecl.geometry.polylines import polygon_area
 from livecl.layering.outlines.continuations import Gap, bridges, curves, direction_at_end, tangent
@@ -116,7 +117,7 @@ def _hull(points: FloatArray) -> FloatArray | None:
         corners = points[ConvexHull(points).vertices]
     except QhullError:
         return None
-    sides = np.roll(corners, -1, axis=0) - corners
+    sides = cyclic.following(corners) - corners
     counts = np.maximum(1, np.round(np.hypot(*sides.T)).astype(np.int64))
     at = np.concatenate([np.arange(count) / count for count in counts])
     return np.asarray(np.repeat(corners, counts, axis=0) + at[:, None] * np.repeat(sides, counts, axis=0))
@@ -217,7 +218,7 @@ def trapped(contour: Contour, below: BoolArray, room: BoolArray, outlines: Outli
     along = along / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
     ends = below[contour.across] & (contour.across != COMPLETED)
     distance = np.where(ends, TRAP, 0.0)
-    distance = np.minimum(distance, np.minimum(np.roll(distance, 1), np.roll(distance, -1)))
+    distance = np.minimum(distance, np.minimum(cyclic.preceding(distance), cyclic.following(distance)))
     moved = points + distance[:, None] * np.stack([along[:, 1], -along[:, 0]], axis=1)
     inside = np.array([outlines.share_in(point[None], room) > 0 for point in moved[ends]], dtype=bool)
     kept = np.ones(len(points), bool)

@@ -19,6 +19,7 @@ from scipy import ndimage
 
 from livecl import interruption
 from livecl.arrays import BoolArray, FloatArray, IntArray
+from livecl.geometry import cyclic
 from livecl.geometry.polylines import polygon_area
 from livecl.layering.outlines.edges import edge_polylines
 from livecl.layering.segmentation.flat import SAME_COLOR, SAME_OF_NOISE, FlatRegions
@@ -203,7 +204,7 @@ class Outlines:
     def _with_junctions(self, contour: Contour, single: list[list[Contour]]) -> Contour:
         straight, count = np.zeros(len(contour), np.int64), len(contour)
         reach = min(REACH, count // 3)
-        for i in np.flatnonzero(contour.across != np.roll(contour.across, 1)):
+        for i in np.flatnonzero(contour.across != cyclic.preceding(contour.across)):
             before, after = int(contour.across[i - 1]), int(contour.across[i])
             junction = (contour.points[i - 1] + contour.points[i]) / 2
             backward, forward = (i - 1 - np.arange(reach)) % count, (i + np.arange(reach)) % count
@@ -260,7 +261,7 @@ def _cleaned(across: IntArray) -> IntArray:
         known = np.flatnonzero(~unknown)
         across = across[known[np.searchsorted(known, np.arange(len(across)), side="right") - 1]]
     for width in (1, 2):
-        before = np.roll(across, 1)
+        before = cyclic.preceding(across)
         lone = (before == np.roll(across, -width)) & (across != before)
         across[lone] = before[lone]
     return across

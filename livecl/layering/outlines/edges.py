@@ -7,6 +7,7 @@ import numpy as np
 
 from livecl import interruption
 from livecl.arrays import FloatArray, IntArray
+from livecl.geometry import cyclic
 from livecl.geometry.polylines import evenly
 
 #: Pixels on each side of an edge used to locate it; largest coverage that counts as none.
@@ -59,7 +60,7 @@ def _on_edges(crossings: FloatArray, cover: FloatArray) -> FloatArray:
         return edges
     # Rows of a corner's pixels show two edges: where no crossing is left for a while, interpolation has them.
     places = np.flatnonzero(kept)
-    gaps = np.hypot(*(np.roll(edges[places], -1, axis=0) - edges[places]).T) > LARGEST_STEP
+    gaps = np.hypot(*(cyclic.following(edges[places]) - edges[places]).T) > LARGEST_STEP
     bare = gaps[np.cumsum(kept) - 1] & ~kept
     edges[bare] = crossings[bare]
     return np.asarray(edges[kept | bare])

@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 from livecl import interruption
 from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.drawing import Drawing
+from livecl.geometry import cyclic
 from livecl.geometry.bezier import evaluate
 from livecl.geometry.strokes import BUTT, ROUND, SQUARE
 from livecl.layering.context import Context
@@ -125,7 +126,7 @@ def _moved(
 
 def _samples(rows: FloatArray, is_open: bool, width: float) -> FloatArray:
     """Return points (n, 2) along a line, some per width."""
-    after = rows[1:, 0] if is_open else np.roll(rows, -1, axis=0)[:, 0]
+    after = rows[1:, 0] if is_open else cyclic.following(rows)[:, 0]
     cubics = np.concatenate([rows[: len(after)], after[:, None]], axis=1)
     longest = float(np.hypot(*np.diff(cubics, axis=1).reshape(-1, 2).T).reshape(-1, 3).sum(axis=1).max(initial=0))
     count = int(np.clip(SAMPLES * longest / max(width, 1e-9), 4, MOST))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from livecl import interruption
 from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.drawing import Drawing
+from livecl.geometry import cyclic
 from livecl.geometry.bezier import cross, evaluate, meeting_point
 from livecl.geometry.open_fitting import segment_along
 from livecl.geometry.polylines import lengths_along, points_at
@@ -138,7 +139,7 @@ def _line_of(cubics: FloatArray, is_open: bool) -> _Line:
     sampled = [evaluate(cubic, np.linspace(0, 1, SAMPLES, endpoint=False)) for cubic in cubics]
     if is_open:
         return _Line(np.concatenate([*sampled, cubics[-1:, 3]]), closed=False)
-    turns = [_turn(one, other) for one, other in zip(np.roll(cubics, 1, axis=0), cubics, strict=True)]
+    turns = [_turn(one, other) for one, other in zip(cyclic.preceding(cubics), cubics, strict=True)]
     start = int(np.argmax(turns))
     return _Line(np.concatenate([*sampled[start:], *sampled[:start], cubics[start : start + 1, 0]]), closed=True)
 
