@@ -19,7 +19,8 @@ from scipy.sparse import linalg as sparse_linalg
 
 from livecl import interruption
 from livecl.arrays import FloatArray, IntArray
-from livecl.geometry.bezier import bernstein, derivative
+from livecl.geometry import cyclic
+from livecl.geometry.bezier import bernstein
 from livecl.geometry.polylines import unit
 from livecl.geometry.simplest import Draft, MeasuredOutline
 
@@ -49,9 +50,9 @@ def refined(measured: MeasuredOutline, draft: Draft, steps: int = STEPS) -> Refi
     """Make the joins of a draft smooth, and fit it to the outline."""
     points, places = measured.outline.points, measured.lengths[:-1]
     sizes = np.diff(measured.lengths)
-    weights = (sizes + np.roll(sizes, 1)) / 2
+    weights = (sizes + cyclic.preceding(sizes)) / 2
     weights[measured.outline.corners] = 0
-    reach = (np.roll(draft.places, -1) - draft.places) % measured.total
+    reach = (cyclic.following(draft.places) - draft.places) % measured.total
     reach[reach == 0] = measured.total
     order = np.argsort(draft.places)
     owner = order[np.searchsorted(draft.places[order], places, side="right") - 1]
@@ -86,16 +87,26 @@ def _reparametrized(
     cubics: FloatArray, points: FloatArray, owner: IntArray, t: FloatArray
 ) -> tuple[IntArray, FloatArray]:
     """Take a Newton step towards the nearest parameters; points beyond a segment's end move to the next segment."""
+    corners, place = cubics @ (1, 1j), points @ (1, 1j)  # the dot product of a and b is the real part of a* b
+    bends = corners[:, 2] - 2 * corners[:, 1] + corners[:, 0]
+    powers = np.array(
+        [
+            corners[:, 0],
+            3 * (corners[:, 1] - corners[:, 0]),
+            3 * bends,
+            corners[:, 3] - corners[:, 0] - 3 * (corners[:, 2] - corners[:, 1]),
+        ]
+    )
     for _ in range(2):
-        own = cubics[owner]
-        at, first, bends = np.einsum("nk,nkd->nd", bernstein(t), own), derivative(own, t), np.diff(own, 2, axis=1)
-        second = 6 * ((1 - t)[:, None] * bends[:, 0] + t[:, None] * bends[:, 1])
-        away = at - points
-        slope = (first**2).sum(axis=1) + np.maximum((away * second).sum(axis=1), 0)
-        t = t - np.clip((away * first).sum(axis=1) / np.maximum(slope, 1e-9), -0.3, 0.3)
+        zeroth, first, second, third = powers.take(owner, axis=1)
+        away = ((third * t + second) * t + first) * t + zeroth - place
+        half = 3 * third * t + second  # of the second derivative
+        way = (half + second) * t + first
+        slope = way.real**2 + way.imag**2 + np.maximum(2 * (away.conj() * half).real, 0)
+        t = t - np.minimum(np.maximum((away.conj() * way).real / np.maximum(slope, 1e-9), -0.3), 0.3)
         after, before = t > 1, t < 0
         owner = (owner + after - before) % len(cubics)
-        t = np.clip(np.where(after, t - 1, np.where(before, 1 + t, t)), 0, 1)
+        t = np.minimum(np.maximum(t - after + before, 0), 1)
     return owner, t
 
 
@@ -143,12 +154,12 @@ class _Chain:
     @classmethod
     def of(cls, draft: Draft, reach: FloatArray) -> _Chain:
         cubics, straight = draft.cubics, draft.straight
-        before = np.roll(straight, 1)
-        out, back = cubics[:, 1] - cubics[:, 0], np.roll(cubics[:, 3] - cubics[:, 2], 1, axis=0)
+        before = cyclic.preceding(straight)
+        out, back = cubics[:, 1] - cubics[:, 0], cyclic.preceding(cubics[:, 3] - cubics[:, 2])
         long_out, long_back = np.hypot(*out.T), np.hypot(*back.T)
         unit_out, unit_back = unit(out), unit(back)
         short = reach < SHORT
-        tied_to_short = (straight & short) | (before & np.roll(short, 1))
+        tied_to_short = (straight & short) | (before & cyclic.preceding(short))
         smooth = ~draft.corners & ~(straight & before) & ~tied_to_short & ((unit_out * unit_back).sum(axis=1) > SMOOTH)
         weight_out = np.where(straight, 1e3, long_out)[:, None]
         weight_back = np.where(before, 1e3, long_back)[:, None]
@@ -159,20 +170,20 @@ class _Chain:
 
     def _bound(self) -> None:
         """Align directions with the lines beside them, and bound the lengths of handles."""
-        ahead = np.roll(self.anchors, -1, axis=0) - self.anchors
+        ahead = cyclic.following(self.anchors) - self.anchors
         least, most = SHORTEST * np.hypot(*ahead.T), LONGEST * self.reach
-        for lines, way in ((self.straight, ahead), (np.roll(self.straight, 1), np.roll(ahead, 1, axis=0))):
+        for lines, way in ((self.straight, ahead), (cyclic.preceding(self.straight), cyclic.preceding(ahead))):
             tied = self.smooth & lines
             self.ways[tied] = unit(way[tied])
         self.out = np.clip(self.out, least, most)
-        self.back = np.clip(self.back, np.roll(least, 1), np.roll(most, 1))
+        self.back = np.clip(self.back, cyclic.preceding(least), cyclic.preceding(most))
 
     def cubics(self) -> FloatArray:
         """Return the control points (S, 4, 2)."""
-        end = np.roll(self.anchors, -1, axis=0)
+        end = cyclic.following(self.anchors)
         smooth = self.smooth[:, None]
         out = np.where(smooth, self.out[:, None] * self.ways, self.free_out)
-        back = np.roll(np.where(smooth, self.back[:, None] * self.ways, self.free_back), -1, axis=0)
+        back = cyclic.following(np.where(smooth, self.back[:, None] * self.ways, self.free_back))
         lines = self.straight[:, None]
         first = np.where(lines, (2 * self.anchors + end) / 3, self.anchors + out)
         second = np.where(lines, (self.anchors + 2 * end) / 3, end - back)
@@ -213,7 +224,7 @@ class _Chain:
     def _columns(self) -> dict[str, Any]:
         """Number the unknowns; `total` stands for none."""
         count = len(self.anchors)
-        before = np.roll(self.straight, 1)
+        before = cyclic.preceding(self.straight)
         wanted = {
             "x": np.ones(count, bool),
             "y": np.ones(count, bool),
@@ -236,7 +247,7 @@ class _Chain:
     @functools.cached_property
     def _sides(self) -> tuple[_Side, _Side]:
         """Handles after the anchors, in the rows of their segments, and before them, in those of the one before."""
-        count, before = len(self.anchors), np.roll(self.straight, 1)
+        count, before = len(self.anchors), cyclic.preceding(self.straight)
         own = np.arange(count)
         prev, following = (own - 1) % count, (own + 1) % count
         pairs = ((self.smooth & before, own, prev), (self.smooth & self.straight, following, own))
@@ -255,7 +266,7 @@ class _Chain:
         own = np.arange(count)
         rows, columns = [], []
         for axis, name in enumerate(("x", "y")):
-            following = np.roll(c[name], -1)
+            following = cyclic.following(c[name])
             for row in (0, 2, 4):
                 rows.append(8 * own + row + axis)
                 columns.append(c[name])
