@@ -24,6 +24,9 @@ from livecl.schedule import MAX_AUTO_PATHS, MAX_DEFAULT_PATHS, growing_schedule,
 STRUCTURE_COLOR_RATE = 2e-4
 #: Largest learning rate of points, px, of outlines known to a tenth of a pixel: larger steps would lose them.
 STRUCTURE_POINT_RATE = 0.3
+#: Mean squared difference between picture and ground below which layers cost less, in proportion: a picture of pale
+#: shapes alone, six levels from the ground or less, is drawn like one of more contrast.
+PALE = 5e-4
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -56,6 +59,7 @@ class Beginning:
         start, options = self.start, self.options
         if start is None:
             drawing = empty_drawing((image.shape[0], image.shape[1]), background_for(options.background, image))
+            options = priced_for(options, image, drawing)
             options = placed_by(options, image, drawing, sum(self._stages(options)))
             return Progress.start(drawing, options, self._stages(options), self.seed)
         if options.variant == "released":
@@ -81,6 +85,24 @@ def _load_libraries() -> None:
     """Import the parts of SciPy and scikit-image that the search for structure needs: it takes up to a second."""
     for name in ("skimage.draw", "skimage.measure", "livecl.layering.structure"):
         importlib.import_module(name)
+
+
+def priced_for(options: Options, image: NDArray[np.float32], drawing: Drawing) -> Options:
+    """Return the options with lower prices of layers for a pale picture: in proportion to what there is to draw.
+
+    Those of a noisy picture stay, as noise would be drawn.
+    """
+    target, ground = target_over(image, drawing.background), drawing.background
+    shown = float(np.mean(np.square(target if ground is None else target - ground)))
+    if not 0 < shown < PALE:
+        return options
+    interruption.apart(_load_libraries)
+    from livecl.layering.segmentation.noise import noise_level
+
+    if noise_level(np.asarray(target, dtype=np.float64)):
+        return options
+    share = shown / PALE
+    return dataclasses.replace(options, prune=share * options.prune, path_gain=share * options.path_gain)
 
 
 def placed_by(

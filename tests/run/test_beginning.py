@@ -12,7 +12,8 @@ from support.shapes import build, circle, rectangle
 
 import livecl
 from livecl import Options
-from livecl.run.beginning import Beginning
+from livecl.drawing.assembly import empty_drawing
+from livecl.run.beginning import PALE, Beginning, priced_for
 
 
 def flat(device: int) -> NDArray[np.float32]:
@@ -61,3 +62,17 @@ def test_the_schedule_follows_what_was_asked_for(device: int) -> None:
     assert Beginning(paths=3, options=given, start=start).progress(image).schedule == (0, 1, 2)
     assert sum(Beginning(options=given.choosing_paths()).progress(image).schedule) == 32
     assert sum(Beginning(paths="auto", options=given).progress(image).schedule) == 256
+
+
+def test_prices_follow_what_a_pale_picture_shows(device: int) -> None:
+    white, pale = np.ones(3), (250 / 255,) * 3
+    image = livecl.render(build([([rectangle(6, 8, 30, 40)], (*pale, 1))], (48, 48), white), device)
+    drawing = empty_drawing((48, 48), white)
+    given = Options(path_gain=1e-5)
+    priced = priced_for(given, image, drawing)
+    assert priced.prune / given.prune == pytest.approx(np.mean(np.square(image - 1)) / PALE, rel=1e-5)
+    assert priced.path_gain / given.path_gain == pytest.approx(priced.prune / given.prune)
+    assert priced_for(given, flat(device), drawing) == given
+    assert priced_for(given, np.ones((48, 48, 3), np.float32), drawing) == given
+    noise = np.random.default_rng(0).normal(0.9, 0.01, (48, 48, 3)).astype(np.float32)
+    assert priced_for(given, noise, empty_drawing((48, 48), np.full(3, 0.9))) == given, "noise is not drawn"

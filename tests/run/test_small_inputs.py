@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy import ndimage
+from support.shapes import build, circle, rectangle
 
 import livecl
 from livecl import Drawing
@@ -36,6 +37,17 @@ def lost_marks(drawing: Drawing, image: NDArray[np.float32]) -> int:
 def test_pale_shapes_stay_two(levels: str, cases: pathlib.Path) -> None:
     result = livecl.vectorize(cases / f"c27_low_contrast_{levels}.png")
     assert result.drawing.num_layers == 2 and result.mse < 1e-6
+
+
+@pytest.mark.parametrize(("ground", "pale"), [((255, 255, 255), (253, 253, 253)), ((40, 80, 160), (44, 80, 160))])
+def test_two_levels_from_the_ground_are_enough(ground: tuple[int, ...], pale: tuple[int, ...], device: int) -> None:
+    shapes = [
+        ([circle((26, 36), 18)], (*np.array(pale) / 255, 1)),
+        ([rectangle(48, 18, 84, 54)], (*np.array(pale) / 255, 1)),
+    ]
+    image = np.round(livecl.render(build(shapes, (72, 96), np.array(ground) / 255), device) * 255) / 255
+    result = livecl.vectorize(image.astype(np.float32))
+    assert result.drawing.num_layers == 2 and result.mse < 1e-7
 
 
 def test_ringing_of_a_jpeg_buys_no_paths(cases: pathlib.Path) -> None:

@@ -37,6 +37,9 @@ MISS_OF_NOISE = 6.0
 SAME_COLOR, SAME_OF_NOISE = 1.5 / 255, 1.0
 #: Largest step that counts as a slope: shading, and its bands when rounded to 8 bits.
 SLOPE_STEP = 6 / 255
+#: Largest step between two cores of a clean picture that counts as shading: its bands, rounded to 8 bits, are one level
+#: apart. More is the border between two near colours. Of 36 gradients the share of bands is the same as with 6 levels.
+BAND_STEP = 1.5 / 255
 #: Share of equal neighbouring pixels from which a picture counts as clean.
 CLEAN_SHARE = 0.6
 #: Most rounds in which unexplained pixels become cores.
@@ -144,7 +147,8 @@ class Flatness(NamedTuple):
 def flatness(image: NDArray[np.floating]) -> Flatness:
     """Return quick measures of a picture (H, W, C)."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
-    labels = _cores(pixels, _step(pixels))
+    step = _step(pixels)
+    labels = _cores(pixels, step)
     interruption.check()
     steps, both = [], []
     for axis in (0, 1):
@@ -152,9 +156,12 @@ def flatness(image: NDArray[np.floating]) -> Flatness:
         both.append((np.minimum(*_beside(labels, axis)) > 0).ravel())
     interruption.check()
     size = np.concatenate(steps)
+    between = np.concatenate(both)
     slope = (size > CLEAN_STEP) & (size <= SLOPE_STEP)
+    if step == CLEAN_STEP:
+        slope &= ~between | (size <= BAND_STEP)
     share = float(1 / max(len(size), 1))
-    slopes, bands = (share * int(np.count_nonzero(these)) for these in (slope, slope & np.concatenate(both)))
+    slopes, bands = (share * int(np.count_nonzero(these)) for these in (slope, slope & between))
     return Flatness(float(np.mean(labels > 0)), slopes, bands, int(labels.max()))
 
 

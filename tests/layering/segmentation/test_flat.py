@@ -17,6 +17,9 @@ def test_flatness_tells_cores_from_slopes_and_noise() -> None:
     assert flatness(ramp).slopes == pytest.approx(29 * 20 / (29 * 20 + 19 * 30))
     bands = np.broadcast_to(np.repeat(np.arange(15) / 255, 2)[:, None], (20, 30, 3))  # two columns a level
     assert flatness(bands).bands == pytest.approx(14 * 20 / (29 * 20 + 19 * 30))
+    apart = np.ones((20, 30, 3))
+    apart[:, 15:] = 253 / 255
+    assert flatness(apart) == (1.0, 0.0, 0.0, 2), "bands of shading are one level apart"
     noise = np.random.default_rng(0).uniform(size=(20, 30, 3))
     assert flatness(noise).cored < 0.1
 
