@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 import livecl
+from livecl.arrays import FloatArray
 from livecl.drawing.drawing import Drawing
 from livecl.geometry import bezier
 from livecl.rendering.device_canvas import TOLERANCE
@@ -25,7 +26,6 @@ from livecl.rendering.strokes import filled
 EDGE = 0.125**2
 #: Largest difference elsewhere, levels of 255: both round a colour, and resvg each blending.
 FLAT = 2.5
-FloatArray = NDArray[np.float64]
 
 
 def outline_pixels(drawing: Drawing) -> NDArray[np.bool_]:

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 import livecl
+from livecl.arrays import FloatArray
 from livecl.drawing import Drawing
 from livecl.drawing.assembly import stretched
 from livecl.errors import SvgError
@@ -34,7 +35,6 @@ from livecl.errors import SvgError
 #: Largest side compared, px.
 MAX_SIDE = 2048
 
-FloatArray = NDArray[np.float64]
 _FRAMES = re.compile(
     r'<rect\b[^<>]*\bid="(?:test-)?frame"[^<>]*?(?:/>|>\s*</rect>)'
     r'|<text\b[^<>]*\bid="revision"[^<>]*>.*?</text>'

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
@@ -30,8 +31,6 @@ from livecl.geometry.strokes import MITER, ROUND
 from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas, visible_shares
 from livecl.layering.strokes.thinning import worth
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -13,15 +13,14 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import BoolArray, FloatArray
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.bezier import cross
 from livecl.svg.primitives import Primitive
 from livecl.svg.shapes import ellipse_outline, rectangle_outline
 from livecl.svg.writer import primitives
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer]
-BoolArray = NDArray[np.bool_]
 
 #: Length of a handle, px, from which it makes a join.
 SHORT = 1e-3

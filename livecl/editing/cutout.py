@@ -12,16 +12,14 @@ import logging
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.drawing.assembly import outlines_of
 from livecl.drawing.checks import check_number
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.strokes import Strokes
 from livecl.geometry import bezier, cyclic
 from livecl.geometry.polylines import lengths_along
-
-FloatArray = NDArray[np.float64]
 
 #: Default trap, px; least area to cut off, and least area of a remaining part, px^2.
 DEFAULT_TRAP, LEAST_AREA = 0.5, 0.02

@@ -17,14 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray, IntArray
 from livecl.editing.trace import SURE, SampledOutline
 from livecl.geometry import cyclic
 from livecl.geometry.bezier import cross, meeting_point
 from livecl.geometry.least_path import SHARES, SegmentPrices, Segments, Tangents, cheapest_way, fit_curves
 from livecl.geometry.polylines import unit
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import Float32Array, FloatArray
 from livecl.drawing.colors import parse_color
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
 from livecl.layering.context import Context
-from livecl.layering.contributions import ShareArray, layer_alphas, visible_shares
+from livecl.layering.contributions import layer_alphas, visible_shares
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 #: CIEDE2000 difference below which two colours become one: about half of the just noticeable difference.
@@ -69,7 +69,7 @@ class _Picture:
     product: FloatArray  # b (n, 3)
 
     @classmethod
-    def of(cls, context: Context, drawing: Drawing, changed: NDArray[np.bool_], shares: ShareArray) -> _Picture:
+    def of(cls, context: Context, drawing: Drawing, changed: NDArray[np.bool_], shares: Float32Array) -> _Picture:
         black = drawing.colors.copy()
         black[changed, :3] = 0
         interruption.check()

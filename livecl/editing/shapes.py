@@ -8,15 +8,13 @@ from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray
 from livecl.editing.trace import SampledOutline
 from livecl.geometry import cyclic
 from livecl.geometry.bezier import evaluate
 from livecl.geometry.polylines import polygon_area
 from livecl.svg.primitives import ANGLE_DECIMALS, Primitive, ellipse, rectangle
-
-FloatArray = NDArray[np.float64]
 
 #: Distances of the visible part from a shape, px: root of the mean square of the nearest samples, and their share, as
 #: corners are rounded in a trace; and largest. Of the 90 shapes of drawings with a known one it is .05 at most, of

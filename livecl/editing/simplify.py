@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
@@ -36,8 +37,6 @@ from livecl.layering.stack import over, window_of
 from livecl.svg.outline_data import MAX_PRECISION, format_outline, rounded_points
 from livecl.svg.path_data import NUMBER
 from livecl.svg.primitives import Primitive, primitive_of
-
-FloatArray = NDArray[np.float64]
 
 #: Least squared error that a number is worth (a segment has six); share of the error added by a description that
 #: remains after training.

@@ -4,15 +4,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.editing.constraints import Joins, Slack
 from livecl.editing.outline import ROUNDS
 from livecl.geometry import bezier, cyclic
 from livecl.geometry.least_path import SAMPLES, SHARES, Tangents, fit_curves
-
-FloatArray = NDArray[np.float64]
 
 #: Tolerances within which segments become lines and joins smooth.
 NEARLY = Slack(straight=0.33, along=1 / 3, level=0.3, tilt=0.06, turn=0.4)

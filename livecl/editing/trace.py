@@ -8,11 +8,9 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from livecl.arrays import FloatArray, IntArray
 from livecl.geometry import bezier, cyclic
 from livecl.geometry.polylines import lengths_along, points_at, unit
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Sampling step, px; fewest and most samples.
 STEP, LEAST, MOST = 0.5, 48, 4000

@@ -12,12 +12,9 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from livecl.arrays import FloatArray, IntArray
+from livecl.arrays import ComplexArray, FloatArray, IntArray
 from livecl.geometry import cyclic
-
-ComplexArray = NDArray[np.complex128]
 
 #: Arms, in order of preference: the first point after the corner, the number of points, and the degree of the
 #: polynomial fitted to them.

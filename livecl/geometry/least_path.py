@@ -21,10 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livecl.arrays import BoolArray, FloatArray
+from livecl.arrays import BoolArray, ComplexArray, FloatArray
 from livecl.geometry.bezier import bernstein
-
-ComplexArray = NDArray[np.complexfloating[Any, Any]]
 
 #: Number of samples of a segment between its ends, and their places, ends included, as shares of its length.
 SAMPLES = 12

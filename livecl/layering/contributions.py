@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livecl import interruption
-from livecl.arrays import FloatArray, Window
+from livecl.arrays import Float32Array, FloatArray, Window
 from livecl.drawing.canvas import layer_boxes
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import SOLID
@@ -27,10 +27,8 @@ if TYPE_CHECKING:
 #: Share of a pixel's final colour above which the pixel is visible in a layer.
 VISIBLE_SHARE = 0.5
 
-ShareArray = NDArray[np.float32]
 
-
-def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> ShareArray:
+def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> Float32Array:
     """Render opacity times coverage of each layer alone: (N, H, W)."""
     from livecl.rendering.rasterizer import Rasterizer
 
@@ -39,7 +37,7 @@ def layer_alphas(drawing: Drawing, rasterizer: Rasterizer | None = None) -> Shar
     return covered_alphas(drawing, rasterizer.coverages(drawing))
 
 
-def covered_alphas(drawing: Drawing, coverages: ShareArray) -> ShareArray:
+def covered_alphas(drawing: Drawing, coverages: Float32Array) -> Float32Array:
     """Return opacity times coverage of each layer alone, given the coverages: (N, H, W) both."""
     alphas = np.empty_like(coverages)
     for layer, window in enumerate(_windows(drawing)):
@@ -48,7 +46,7 @@ def covered_alphas(drawing: Drawing, coverages: ShareArray) -> ShareArray:
     return alphas
 
 
-def opacity_at_pixels(drawing: Drawing, layer: int, window: Window | None = None) -> ShareArray:
+def opacity_at_pixels(drawing: Drawing, layer: int, window: Window | None = None) -> Float32Array:
     """Return the opacity of a layer's paint: (), or (H, W) for a gradient of varying opacity.
 
     Values outside `window` may be 0.
@@ -104,7 +102,7 @@ def in_window(color: NDArray[Any], window: Window) -> NDArray[Any]:
     return color if color.ndim == 1 else color[window]
 
 
-def visible_shares(alphas: ShareArray) -> ShareArray:
+def visible_shares(alphas: Float32Array) -> Float32Array:
     """Return the share of each layer in the final colour, (N, H, W), from the layers' alphas, bottom first.
 
     ``share_i = alpha_i * prod_{j > i} (1 - alpha_j)``; the remainder to 1 is the background's.
@@ -118,7 +116,7 @@ def visible_shares(alphas: ShareArray) -> ShareArray:
     return shares
 
 
-def removal_changes(drawing: Drawing, alphas: ShareArray, target: ArrayLike, seen: bool = False) -> FloatArray:
+def removal_changes(drawing: Drawing, alphas: Float32Array, target: ArrayLike, seen: bool = False) -> FloatArray:
     """Return the rise of the mean squared error when each layer is removed: (N,).
 
     Without layer i the picture changes by ``share_i * (C_i - c_i)``, where ``C_i`` is the picture of the background and

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from livecl.arrays import Int32Array
+from livecl.arrays import Float32Array, Int32Array
 from livecl.drawing.drawing import Drawing
-from livecl.layering.contributions import VISIBLE_SHARE, ShareArray
+from livecl.layering.contributions import VISIBLE_SHARE
 
 #: Largest difference of neighbouring pixels, in any channel, within a flat region of a picture.
 FLAT_DIFFERENCE = 0.05
@@ -45,7 +45,7 @@ def flat_labels(target: ArrayLike, difference: float = FLAT_DIFFERENCE) -> Int32
     return regions
 
 
-def mergeable_pairs(drawing: Drawing, shares: ShareArray) -> Int32Array:
+def mergeable_pairs(drawing: Drawing, shares: Float32Array) -> Int32Array:
     """Return the pairs of neighbouring layers of the same colour: (K, 2), the lower layer first.
 
     Colours are the same if RGB and opacity differ by at most 0.05 each. Layers are neighbours if visible pixels of the

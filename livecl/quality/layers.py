@@ -9,12 +9,11 @@ import itertools
 import numpy as np
 from numpy.typing import ArrayLike
 
-from livecl.arrays import BoolArray, FloatArray, Int32Array
+from livecl.arrays import BoolArray, Float32Array, FloatArray, Int32Array
 from livecl.drawing.drawing import Drawing
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area
 from livecl.layering.contributions import (
     VISIBLE_SHARE,
-    ShareArray,
     checked_target,
     layer_alphas,
     removal_changes,
@@ -92,7 +91,7 @@ def measure_layers(drawing: Drawing, target: ArrayLike, rasterizer: Rasterizer |
     )
 
 
-def region_shares(shares: ShareArray, regions: Int32Array) -> FloatArray:
+def region_shares(shares: Float32Array, regions: Int32Array) -> FloatArray:
     """Return the largest share of each layer's visible pixels in one region: (N,); 0 if none is visible."""
     found = np.zeros(len(shares))
     for layer, share in enumerate(shares):

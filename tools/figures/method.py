@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from PIL import Image
 
 import livecl
 from figures.strip import save_small, shown
+from livecl.arrays import FloatArray
 from livecl.drawing.assembly import scaled
 from livecl.drawing.drawing import Drawing
 from livecl.geometry import bezier
@@ -24,8 +24,6 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 #: Dots per inch of the figures.
 DPI = 96
 _OUTLINE, _HANDLE, _ARROW = "#c02020", "#606060", "#1040c0"
-
-FloatArray = NDArray[np.float64]
 
 
 def save_figure(file: Path, figure: Figure) -> None:

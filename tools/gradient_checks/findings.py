@@ -7,9 +7,8 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from livecl.arrays import FloatArray
 
 #: Relative tolerance of a derivative by differences, over the norm of the gradient: see reference/differences.py.
 RELATIVE = 1e-6

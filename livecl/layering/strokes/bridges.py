@@ -6,13 +6,11 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.layering.strokes.lines import RULES, InkTrace, StrokeRules
-
-FloatArray = NDArray[np.float64]
 
 #: Cosine of the largest angle between the direction of a line's end and the way to the other end.
 FACING = 0.9

@@ -12,20 +12,17 @@ import dataclasses
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray
 from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.drawing import Drawing
 from livecl.geometry import cyclic
 from livecl.geometry.bezier import evaluate
 from livecl.geometry.strokes import BUTT, ROUND, SQUARE
 from livecl.layering.context import Context
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 #: Length, in widths, of a flat end that covers the same area as a cap.
 REACH = {BUTT: 0.0, ROUND: np.pi / 8, SQUARE: 0.5}

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.strokes import Strokes
@@ -21,8 +22,6 @@ from livecl.layering.strokes.bridges import bridged
 from livecl.layering.strokes.ends import REACH, lengthened, with_flat_ends
 from livecl.layering.strokes.inks import INKS, inks_of
 from livecl.layering.strokes.lines import RULES, Line, StrokeRules, find_traces, fitted_line
-
-FloatArray = NDArray[np.float64]
 
 #: Coverage from which ink counts when strokes are evaluated.
 FAINT = 0.1

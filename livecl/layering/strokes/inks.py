@@ -12,12 +12,10 @@ import dataclasses
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
-
-FloatArray = NDArray[np.float64]
+from livecl.arrays import FloatArray
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import BoolArray, IntArray
 from livecl.drawing.assembly import concatenate
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import concatenate_fills
@@ -30,11 +31,6 @@ from livecl.layering.strokes.thinning import COLOR_NUMBERS, LEFT, numbers_of_all
 from livecl.layering.structure.finding import structure_of
 from livecl.layering.structure.placing import Beside, fitted_layer, outline_noise
 from livecl.layering.structure.ranking import INSIDE, Structure, painted
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-
 
 #: Least shares that remain after training of the error added by strokes, and after redrawing of their numbers: strokes
 #: that would cost more even so are not trained.

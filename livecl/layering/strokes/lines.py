@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.geometry.ellipses import ellipse_through
 from livecl.geometry.open_fitting import MIN_TURN, fit_line
 from livecl.geometry.skeleton import CenterLine, center_lines
 from livecl.layering.strokes.thick import thick_parts
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

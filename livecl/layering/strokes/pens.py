@@ -21,8 +21,6 @@ from livecl.layering.componentwise.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
 from livecl.layering.strokes.redrawing import LEFT
 
-FloatArray = NDArray[np.float64]
-
 #: Largest ratio of widths, and difference of colours in RGBA, of pens that may be merged.
 SAME_WIDTH, SAME_COLOR = 1.3, 0.15
 #: Numbers of a pen: its width and colour. A segment has six.

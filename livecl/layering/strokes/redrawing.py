@@ -11,9 +11,9 @@ import dataclasses
 import itertools
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.drawing.assembly import outlines_of, with_outlines
 from livecl.drawing.drawing import Drawing
 from livecl.geometry import cyclic
@@ -22,8 +22,6 @@ from livecl.geometry.open_fitting import segment_along
 from livecl.geometry.polylines import lengths_along, points_at
 from livecl.layering.componentwise.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
-
-FloatArray = NDArray[np.float64]
 
 #: Largest distances, px, between a trained line and the redrawn one, tried in this order.
 TOLERANCES = (0.2, 0.4, 0.8)

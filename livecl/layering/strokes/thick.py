@@ -9,9 +9,8 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.geometry.skeleton import CenterLine
-
-FloatArray = NDArray[np.float64]
 
 
 def thick_parts(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.drawing.assembly import concatenate, empty_drawing
 from livecl.drawing.borders import border_pairs
 from livecl.drawing.drawing import Drawing
@@ -20,8 +21,6 @@ from livecl.layering.componentwise.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
 from livecl.layering.strokes.finding import best_pen
 from livecl.layering.strokes.lines import RULES, StrokeRules, find_lines
-
-FloatArray = NDArray[np.float64]
 
 #: Share of the error added by a stroke that remains after training: its line is off by .3 px at first, then by .1.
 LEFT = 0.1

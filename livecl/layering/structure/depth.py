@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.geometry.polylines import polygon_area, polygon_mask
 from livecl.layering.outlines.completion import SHORTEST_GAP, completed_contour, joined_contours
 from livecl.layering.outlines.contours import AFTER, BEFORE, OWN, Contour, Outlines
 from livecl.layering.outlines.prices import Prices, hidden_price, outline_price
 from livecl.layering.structure.twins import Pairs, few_alike, same_color, twins
-
-FloatArray = NDArray[np.float64]
 
 #: Share of a shape visible through its holes from which the holes' content belongs to the surroundings.
 THROUGH_HOLES, GROUND_THROUGH_HOLES, PANES = 0.3, 0.2, 0.4

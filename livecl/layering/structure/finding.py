@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.layering.fills.ramps import Shading
 from livecl.layering.outlines.contours import Outlines
 from livecl.layering.outlines.prices import PRICES
@@ -23,10 +24,6 @@ from livecl.layering.structure.layers import PLAIN, Assumptions, Layer, find_lay
 from livecl.layering.structure.mosaic import MOST_PARTS, Mosaic, mosaic_of
 from livecl.layering.structure.parts import with_more_parts, with_parts
 from livecl.layering.structure.ranking import EXPLAINED, Structure, explained_miss, mask_of
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: Least share of the pixels that large regions must explain for a picture to count as flat, and pixels of a large
 #: region.

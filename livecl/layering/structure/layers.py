@@ -10,9 +10,9 @@ from collections.abc import Set as AbstractSet
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray
 from livecl.layering.outlines.completion import completed_contour, cut_in_two, filled_out, joined_contours, trapped
 from livecl.layering.outlines.contours import Contour, Outlines
 from livecl.layering.outlines.prices import PRICES, Prices, outline_price
@@ -24,9 +24,6 @@ from livecl.layering.structure.depth import (
 )
 from livecl.layering.structure.ordering import paint_order
 from livecl.layering.structure.twins import Pairs, few_alike, same_color
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -17,13 +17,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray, IntArray
 from livecl.geometry.polylines import polygon_area
 from livecl.layering.segmentation.flat import SAME_COLOR, FlatRegions
 from livecl.layering.structure.layers import Layer
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: Least side of a cell, px. Single pixels are the hard edges of any drawing; only in pictures of few pixels they are
 #: cells.

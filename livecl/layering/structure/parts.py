@@ -13,10 +13,10 @@ import itertools
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray, IntArray
 from livecl.geometry.corners import find_corners, noise_of
 from livecl.geometry.polylines import polygon_mask
 from livecl.layering.outlines.completion import completed_contour
@@ -26,10 +26,6 @@ from livecl.layering.outlines.prices import ASKED, PRICES, Prices, outline_price
 from livecl.layering.outlines.primitives import fitted_primitive
 from livecl.layering.segmentation.flat import FlatRegions
 from livecl.layering.structure.depth import ground_regions
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: Share of the picture up to which a region counts as a letter or a sign, which is not split; pixels of the smallest
 #: part.

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import FloatArray
 from livecl.drawing.drawing import Drawing
 from livecl.drawing.fills import Fills, concatenate_fills
 from livecl.geometry.bezier import bernstein
@@ -25,8 +26,6 @@ from livecl.layering.fills.ramps import Shading
 from livecl.layering.structure.finding import found_structure, structure_of
 from livecl.layering.structure.layers import Layer
 from livecl.layering.structure.ranking import Structure
-
-FloatArray = NDArray[np.float64]
 
 #: Points of an outline averaged to measure its noise at longer wavelengths: JPEG has blocks of 8 px, half a wave is 4.
 WIDTHS = (2, 4)

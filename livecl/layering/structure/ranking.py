@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from livecl import interruption
+from livecl.arrays import BoolArray, FloatArray, IntArray
 from livecl.drawing.fills import Fills
 from livecl.geometry.polylines import polygon_area, polygon_mask
 from livecl.layering.outlines.contours import Outlines
@@ -19,10 +20,6 @@ from livecl.layering.segmentation.cores import pixel_centers
 from livecl.layering.segmentation.flat import SAME_COLOR, FlatRegions
 from livecl.layering.segmentation.smooth import SmoothRegions
 from livecl.layering.structure.layers import Layer
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 #: Largest residual of an explained pixel: a constant, and per unit of noise.
 EXPLAINED, EXPLAINED_OF_NOISE = 12 / 255, 6.0
