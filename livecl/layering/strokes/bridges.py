@@ -10,7 +10,8 @@ from scipy import ndimage
 
 from livecl import interruption
 from livecl.arrays import FloatArray
-from livecl.layering.strokes.lines import RULES, InkTrace, StrokeRules
+from livecl.layering.strokes.lines import InkTrace
+from livecl.layering.strokes.rules import RULES, StrokeRules
 
 #: Cosine of the largest angle between the direction of a line's end and the way to the other end.
 FACING = 0.9

@@ -20,8 +20,10 @@ from livecl.layering.context import Context
 from livecl.layering.segmentation.paper import paper_of, without_shading
 from livecl.layering.strokes.bridges import bridged
 from livecl.layering.strokes.ends import REACH, lengthened, with_flat_ends
+from livecl.layering.strokes.fitting import fitted_to_ink
 from livecl.layering.strokes.inks import INKS, inks_of
-from livecl.layering.strokes.lines import RULES, Line, StrokeRules, find_traces, fitted_line
+from livecl.layering.strokes.lines import Line, find_traces, fitted_line
+from livecl.layering.strokes.rules import RULES, StrokeRules
 
 #: Coverage from which ink counts when strokes are evaluated.
 FAINT = 0.1
@@ -62,15 +64,21 @@ def strokes_of_inks(
     layers, right, either = [], 0.0, 0.0
     for ink, some in zip(inks, all_lines, strict=True):
         lines = [line for line in some if line.width <= (most_dot if line.is_spot else most_wide)]
-        drawn = np.zeros(size)
-        for group in _groups(lines, rules):
-            strength = float(
-                np.average([line.strength for line in group], weights=[line.length + line.width for line in group])
+        groups = _groups(lines, rules)
+        if not groups:
+            either += float(ink.coverage[ink.coverage > FAINT].sum())
+            continue
+        strengths = np.array([_strength(group) for group in groups])
+        pens = [
+            best_pen(
+                context, group, _straight_rgba(paper + strength * (ink.color - paper)), ink.coverage / strength, nothing
             )
-            color = _straight_rgba(paper + strength * (ink.color - paper))
-            layer, cover = best_pen(context, group, color, ink.coverage / strength, nothing)
-            layers.append(layer)
-            drawn = np.maximum(drawn, strength * cover)
+            for group, strength in zip(groups, strengths, strict=True)
+        ]
+        seen = 1 - np.max([np.zeros(size), *(other.coverage for other in inks if other is not ink)], axis=0)
+        own = fitted_to_ink(context.rasterizer, functools.reduce(concatenate, pens), ink.coverage, strengths, seen)
+        layers.append(own)
+        drawn = np.max(strengths[:, None, None] * context.rasterizer.coverages(own), axis=0)
         right += float(np.minimum(drawn, ink.coverage)[ink.coverage > FAINT].sum())
         either += float(np.maximum(drawn, ink.coverage)[(ink.coverage > FAINT) | (drawn > FAINT)].sum())
     if not layers:
@@ -78,6 +86,11 @@ def strokes_of_inks(
     found = functools.reduce(concatenate, layers)
     order = _paint_order(context.rasterizer.coverages(found), found.colors, target)
     return found.layer_subset(order), right / max(either, 1e-9)
+
+
+def _strength(lines: list[Line]) -> float:
+    """Return the mean coverage of ink in the middle of lines, weighted by length."""
+    return float(np.average([line.strength for line in lines], weights=[line.length + line.width for line in lines]))
 
 
 def _straight_rgba(color: FloatArray) -> FloatArray:
@@ -131,10 +144,8 @@ def _groups(lines: list[Line], rules: StrokeRules) -> list[list[Line]]:
     return sorted(groups, key=lambda group: -group[0].width)
 
 
-def best_pen(
-    context: Context, lines: list[Line], color: FloatArray, coverage: FloatArray, canvas: Drawing
-) -> tuple[Drawing, FloatArray]:
-    """Return lines as a layer, with the caps and joins that match the ink best, and its coverage (H, W)."""
+def best_pen(context: Context, lines: list[Line], color: FloatArray, coverage: FloatArray, canvas: Drawing) -> Drawing:
+    """Return lines as a layer, with the caps and joins that match the ink best."""
     width = float(np.average([line.width for line in lines], weights=[line.length + line.width for line in lines]))
     is_open = np.array([not line.closed for line in lines])
     flat = with_flat_ends([line.points for line in lines], is_open, width, coverage)
@@ -149,6 +160,5 @@ def best_pen(
             strokes=Strokes(widths=[width], caps=cap, joins=join, is_open=is_open),
         )
         cover = context.rasterizer.coverages(layer)[0].astype(np.float64)
-        options.append((float(np.square(cover - coverage).sum()), layer, cover))
-    _, layer, cover = min(options, key=lambda option: option[0])
-    return layer, cover
+        options.append((float(np.square(cover - coverage).sum()), layer))
+    return min(options, key=lambda option: option[0])[1]

@@ -16,91 +16,8 @@ from livecl.arrays import FloatArray
 from livecl.geometry.ellipses import ellipse_through
 from livecl.geometry.open_fitting import MIN_TURN, fit_line
 from livecl.geometry.skeleton import CenterLine, center_lines
+from livecl.layering.strokes.rules import RULES, StrokeRules
 from livecl.layering.strokes.thick import thick_parts
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class StrokeRules:
-    """Thresholds that define a stroke.
-
-    Values: set by hand on ten line drawings. docs/strokes.md has the errors on those, and on others drawn afterwards.
-
-    Attributes
-    ----------
-    oversampling : int
-        Samples per pixel, in each direction, at which the border of ink is located.
-    blur : float
-        Standard deviation, px, of the Gaussian that removes noise and pixel steps from coverages and lines.
-    slenderness, branch : float
-        Least length of a stroke in widths: of one by itself, and of a branch of a shape that has other lines.
-    roundness : float
-        Least intersection over union of a spot with a dot, or with a short line with round ends.
-    clear : float
-        Least share of a closed line that must lie on an ellipse for the ellipse to replace it.
-    near : int
-        Neighbourhood, pixels, whose largest coverage is that of the line's middle; the border is at half of it.
-    faint : float
-        Least smoothed coverage at a line's border.
-    widest : float
-        Largest width of a line, as a share of the picture's shorter side, with the option `strokes` auto.
-    dot : float
-        Largest diameter of a dot, in widths of the widest line, with the option `strokes` auto; larger ones are discs.
-    thick : float
-        Least radius of a dot, in half widths of the lines that it lies on.
-    drawn : float
-        Largest share of a dot that lines of its shape may cover.
-    evenness : float
-        Largest coefficient of variation (standard deviation over mean) of a line's width.
-    same_width : float
-        Largest ratio of two equal widths.
-    one_width, long : float
-        The same for lines longer than `long` widths, whose width is known well.
-    same_shade : float
-        Largest ratio of two equal strengths.
-    rounding : float
-        Radius of an arc, in half widths of its line, up to which it counts as a corner.
-    distance : float
-        Largest distance, px, between the centre line of ink and the fitted line.
-    step, margin : float
-        Sampling step, px, of the coverage profile across a line, and its extent beyond the border, px.
-    middle : float
-        Quantile, along a line, of the largest coverage near its middle, that is taken as its strength.
-    full : float
-        Strength from which a line counts as full-strength ink.
-    trusted : float
-        Largest ratio between the widths by coverage and by distance to the border at which the former is trusted.
-    explained : float
-        Least intersection over union of strokes and ink for a picture to be line art, with the option `strokes` auto.
-    """
-
-    oversampling: int = 3
-    blur: float = 0.5
-    slenderness: float = 2.5
-    branch: float = 1.0
-    roundness: float = 0.85
-    clear: float = 0.85
-    near: int = 2
-    faint: float = 0.25
-    widest: float = 0.1
-    dot: float = 2.5
-    thick: float = 1.6
-    drawn: float = 0.5
-    evenness: float = 0.3
-    same_width: float = 1.3
-    one_width: float = 1.12
-    long: float = 8.0
-    same_shade: float = 1.2
-    rounding: float = 0.4
-    distance: float = 0.35
-    step: float = 0.25
-    margin: float = 1.5
-    middle: float = 0.75
-    full: float = 0.88
-    trusted: float = 1.5
-    explained: float = 0.85
-
-
-RULES = StrokeRules()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -161,7 +78,7 @@ def find_lines(coverage: FloatArray, rules: StrokeRules = RULES) -> list[Line]:
 def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[InkTrace], list[Line]]:
     """Find the centre lines of one ink from its coverage (H, W), the longest first, and its dots."""
     interruption.check()
-    smooth = ndimage.gaussian_filter(coverage, rules.blur)
+    smooth = ndimage.gaussian_filter(coverage, rules.blur, mode="constant")  # no ink lies beyond the border
     half = np.maximum(ndimage.maximum_filter(smooth, 2 * rules.near + 1) / 2, rules.faint)
     finer = functools.partial(ndimage.zoom, zoom=rules.oversampling, order=1, grid_mode=True, mode="nearest")
     fine, border = (interruption.apart(functools.partial(finer, values)) for values in (smooth, half))
@@ -171,7 +88,7 @@ def find_traces(coverage: FloatArray, rules: StrokeRules = RULES) -> tuple[list[
     usual = np.zeros(num_shapes + 1)  # half width of each shape's longest line
     for line in center_lines(fine > border):
         interruption.check()
-        for part in _even_parts(line, rules):
+        for part in _even_parts(_without_tails(line, rules), rules):
             column, row = part.points[len(part.points) // 2].astype(int)
             shape, radius = shapes[row, column], float(np.median(part.radii))
             uneven = float(np.std(part.radii[1:-1])) if len(part.radii) > 4 else 0.0
@@ -210,6 +127,14 @@ def fitted_line(trace: InkTrace, coverage: FloatArray, rules: StrokeRules = RULE
     if not 2 * radius / rules.trusted < width < 2 * radius * rules.trusted:
         width = 2 * radius
     return Line(rows, trace.closed, width, trace.length, (ends[0], ends[1]), strength=strength)
+
+
+def _without_tails(line: CenterLine, rules: StrokeRules) -> CenterLine:
+    """Cut the ends of a line that lead from its middle into a corner of its border; ends are measured on the ink."""
+    inner = np.flatnonzero(line.radii >= rules.tail * np.median(line.radii))
+    if line.closed or not len(inner):
+        return line
+    return CenterLine(line.points[inner[0] : inner[-1] + 1], line.radii[inner[0] : inner[-1] + 1], closed=False)
 
 
 def _even_parts(line: CenterLine, rules: StrokeRules) -> list[CenterLine]:

@@ -20,7 +20,8 @@ from livecl.drawing.drawing import Drawing
 from livecl.layering.componentwise.candidates import SEGMENT_ERROR
 from livecl.layering.context import Context
 from livecl.layering.strokes.finding import best_pen
-from livecl.layering.strokes.lines import RULES, StrokeRules, find_lines
+from livecl.layering.strokes.lines import find_lines
+from livecl.layering.strokes.rules import RULES, StrokeRules
 
 #: Share of the error added by a stroke that remains after training: its line is off by .3 px at first, then by .1.
 LEFT = 0.1
@@ -80,7 +81,7 @@ def _stroke_of(context: Context, layer: Drawing, rules: StrokeRules) -> Drawing 
     lines = [line for line in find_lines(coverage, rules) if not line.is_spot]
     if not lines or max(line.width for line in lines) > rules.same_width * min(line.width for line in lines):
         return None
-    stroke, _ = best_pen(context, lines, layer.colors[0], coverage, empty_drawing(layer.size, layer.background))
+    stroke = best_pen(context, lines, layer.colors[0], coverage, empty_drawing(layer.size, layer.background))
     return stroke.replace(stages=layer.stages, names=layer.names)
 
 
