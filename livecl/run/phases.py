@@ -64,17 +64,17 @@ class Stroke(Phase):
     """Draw line art as strokes, which later phases keep.
 
     In a flat picture, the remaining shapes are placed with them: without their neighbours, strokes would be trained to
-    the wrong width.
+    the wrong width. So is the paper of a scan.
     """
 
     kind: ClassVar[Kind] = "stroke"
 
     def begin(self, run: Work) -> bool:
         """Place the strokes; False if there are none, or shapes are cheaper."""
-        from livecl.layering.strokes.finding import find_strokes  # loads SciPy
+        from livecl.layering.strokes.finding import kept_strokes  # loads SciPy
 
         state = run.state
-        found = find_strokes(run, state.drawing.background) if run.lines is None else run.lines.strokes
+        found = kept_strokes(run, run.line_art) if run.lines is None else run.lines.strokes
         if not found.num_layers:
             state.stage += 1
             return False
@@ -85,6 +85,11 @@ class Stroke(Phase):
         state.holds[before:] = KEPT
         if run.lines is not None:
             place(run, sum(run.progress.schedule), state.stage)
+        elif run.is_line_art and run.line_art.paper.num_layers:
+            paper = run.line_art.paper
+            state.add(paper, np.roll(np.arange(state.drawing.num_layers + 1), 1))
+            state.holds[0] = KEPT
+            fill(run, np.arange(state.drawing.num_layers) == 0)
         return True
 
 
@@ -128,6 +133,9 @@ class Grow(Phase):
     def begin(self, run: Work) -> bool:
         """Place the paths; if none is worth placing, all later growing stages are skipped as well."""
         state, start = run.state, run.progress.start_drawing
+        if run.is_line_art:
+            run.end_growth()
+            return False
         if state.stage and state.options.variant == "released":
             state.kept_weight = run.objective.released_weight(state, state.stage - 1)
         start_stage = 0 if start is None else int(start.stages.max(initial=0))

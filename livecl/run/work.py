@@ -19,6 +19,7 @@ from livecl.training.objective import Objective
 from livecl.training.state import State
 
 if TYPE_CHECKING:
+    from livecl.layering.strokes.finding import LineArt
     from livecl.layering.strokes.line_work import LineWork
 
 
@@ -66,6 +67,21 @@ class Work(Context):
         from livecl.layering.strokes.line_work import line_work  # loads SciPy
 
         return line_work(self, self.state.drawing.background, sum(self.progress.schedule))
+
+    @functools.cached_property
+    def line_art(self) -> LineArt:
+        """The strokes of a picture that is not flat, and how much of its ink they explain."""
+        from livecl.layering.strokes.finding import find_line_art  # loads SciPy
+
+        return find_line_art(self, self.state.drawing.background)
+
+    @property
+    def is_line_art(self) -> bool:
+        """Whether the picture, which is not flat, is lines on paper alone, so that no paths are added to them."""
+        from livecl.layering.strokes.rules import RULES
+
+        wanted = self.options.strokes == "auto" and not self._draws_lines and self.options.path_gain > 0
+        return wanted and self.state.drawing.strokes.any and self.line_art.explained >= RULES.line_art
 
     @functools.cached_property
     def edge_offset(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,25 +29,46 @@ from livecl.layering.strokes.rules import RULES, StrokeRules
 FAINT = 0.1
 
 
+class LineArt(NamedTuple):
+    """Strokes found in a picture.
+
+    Attributes
+    ----------
+    strokes : Drawing
+        The strokes, bottom first.
+    explained : float
+        Overlap (IoU) of the strokes with the ink.
+    paper : Drawing
+        The paper as a layer that covers the canvas; no layers if it is even and of the background's colour.
+    """
+
+    strokes: Drawing
+    explained: float
+    paper: Drawing
+
+
 def find_strokes(context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES) -> Drawing:
     """Find the strokes of line art, a layer for each combination of ink and width; no layers for other pictures."""
-    found, explained = strokes_of_inks(context, background, rules)
-    wanted = 0.0 if context.options.strokes == "only" else rules.explained
-    return found if explained >= wanted else empty_drawing(found.size, background)
+    return kept_strokes(context, find_line_art(context, background, rules), rules)
 
 
-def strokes_of_inks(
-    context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES
-) -> tuple[Drawing, float]:
-    """Find the strokes of a picture, bottom first; return them and their overlap with the ink (IoU)."""
+def kept_strokes(context: Context, found: LineArt, rules: StrokeRules = RULES) -> Drawing:
+    """Return the strokes of a picture that is line art, or of which strokes alone are wanted; else no layers."""
+    whole = context.options.strokes == "only" or found.explained >= rules.explained
+    return found.strokes if whole else empty_drawing(found.strokes.size, found.strokes.background)
+
+
+def find_line_art(context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES) -> LineArt:
+    """Find the strokes of a picture, and how much of its ink they explain."""
     target = np.asarray(context.target, dtype=np.float64)
     size = (target.shape[0], target.shape[1])
     nothing = empty_drawing(size, background)
     paper = paper_of(target)
     ground = np.zeros(target.shape[2]) if background is None else np.asarray(background, dtype=np.float64)
-    if np.abs(paper - ground).max() > INKS.contrast:  # the paper would need a layer of its own
-        return nothing, 0.0
-    inks = inks_of(without_shading(target, paper), paper)
+    if np.abs(paper - ground).max() > INKS.contrast:  # inks would be measured against another ground
+        return LineArt(nothing, 0.0, nothing)
+    even = without_shading(target, paper)
+    inks = inks_of(even, paper)
     all_lines = []
     covered = np.max([np.zeros(size), *(ink.coverage for ink in inks)], axis=0)
     for ink in inks:
@@ -81,11 +102,22 @@ def strokes_of_inks(
         drawn = np.max(strengths[:, None, None] * context.rasterizer.coverages(own), axis=0)
         right += float(np.minimum(drawn, ink.coverage)[ink.coverage > FAINT].sum())
         either += float(np.maximum(drawn, ink.coverage)[(ink.coverage > FAINT) | (drawn > FAINT)].sum())
+    differs = even is not target or bool(np.abs(paper - ground).max() > rules.paper)
+    sheet = _sheet(paper, nothing) if differs else nothing
     if not layers:
-        return nothing, 0.0
+        return LineArt(nothing, 0.0, sheet)
     found = functools.reduce(concatenate, layers)
     order = _paint_order(context.rasterizer.coverages(found), found.colors, target)
-    return found.layer_subset(order), right / max(either, 1e-9)
+    return LineArt(found.layer_subset(order), right / max(either, 1e-9), sheet)
+
+
+def _sheet(color: FloatArray, canvas: Drawing) -> Drawing:
+    """Return a layer of the paper's colour that covers the canvas."""
+    height, width = canvas.size
+    corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], dtype=np.float64)
+    steps = np.roll(corners, -1, axis=0) - corners
+    rows = np.stack([corners, corners + steps / 3, corners + 2 * steps / 3], axis=1)
+    return Drawing.from_outlines([[rows]], _straight_rgba(color), canvas.size, canvas.background)
 
 
 def _strength(lines: list[Line]) -> float:

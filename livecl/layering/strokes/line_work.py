@@ -26,7 +26,7 @@ from livecl.layering.context import Context
 from livecl.layering.contributions import layer_alphas
 from livecl.layering.fills.choice import shading_of
 from livecl.layering.slack import edge_offset
-from livecl.layering.strokes.finding import strokes_of_inks
+from livecl.layering.strokes.finding import find_line_art
 from livecl.layering.strokes.thinning import COLOR_NUMBERS, LEFT, numbers_of_all
 from livecl.layering.structure.finding import structure_of
 from livecl.layering.structure.placing import Beside, fitted_layer, outline_noise
@@ -96,7 +96,7 @@ def line_work(context: Context, background: NDArray[Any] | None, total: int) -> 
     art has no strokes, as its outlines are exact.
     """
     found = _structure(context, background, total)
-    strokes = _without_dots(strokes_of_inks(context, background)[0])
+    strokes = _without_dots(find_line_art(context, background).strokes)
     worthwhile = np.isin(np.arange(len(found.layers)), found.ranked)
     if found.exact or not strokes.num_layers:
         return LineWork(found, strokes.layer_subset(np.zeros(0, np.int64)), worthwhile, Explanation(0, 0))

@@ -54,8 +54,9 @@ class _Line:
 def redrawn(context: Context, drawing: Drawing) -> Drawing:
     """Redraw strokes with fewer nodes; return the same object if none changes.
 
-    Ends that meet are joined, the nearest first; then each line is redrawn with fewer segments, and the shortest lines
-    are removed. A change is made if the nodes saved are worth the error added, of which training leaves a part.
+    Ends that meet are joined, the nearest first; then each line is redrawn with fewer segments, and without hooks at
+    its ends, as where it meets another line, and the shortest lines are removed. A change is made if the nodes saved
+    are worth the error added, of which training leaves a part.
     """
     found = drawing
     for layer in drawing.strokes.stroked_layers.tolist():
@@ -97,6 +98,11 @@ class _Redrawing:
                 fewer = _rows_of(line, tolerance)
                 if len(fewer) < len(self.rows[index]):
                     drawing = self._tried(drawing, self.lines, [*self.rows[:index], fewer, *self.rows[index + 1 :]])
+        for first, index, longer in itertools.product((True, False), range(len(self.rows)), (0.0, self.width / 2)):
+            if not self.lines[index].closed and len(self.rows[index]) > 3:
+                straight = _without_hook(self.rows[index], first, longer)
+                rows = [*self.rows[:index], straight, *self.rows[index + 1 :]]
+                drawing = self._tried(drawing, self.lines, rows)
         for own in sorted(self.rows, key=_extent):
             index = next(index for index, rows in enumerate(self.rows) if rows is own)
             if len(self.rows) > 1:
@@ -227,6 +233,18 @@ def _meeting(first: FloatArray, second: FloatArray, reach: float) -> FloatArray 
         return middle if u @ v > 0 else None
     corner = meeting_point(end, u, begin, v)
     return corner if np.hypot(*(corner - middle)) <= reach else None
+
+
+def _without_hook(rows: FloatArray, first: bool, longer: float) -> FloatArray:
+    """Return an open line whose first or last two segments are a straight one, longer than both by a length, px."""
+    anchors = rows[:, 0] if first else rows[::-1, 0]
+    hook, side = (float(np.hypot(*step)) for step in np.diff(anchors[:3], axis=0))
+    end = anchors[1] + (anchors[1] - anchors[2]) * (hook + longer) / max(side, 1e-9)
+    a, b = (end, anchors[2]) if first else (anchors[2], end)
+    straight = np.stack([a, a + (b - a) / 3, b - (b - a) / 3])[None]
+    if first:
+        return np.concatenate([straight, rows[2:]])
+    return np.concatenate([rows[:-3], straight, np.broadcast_to(b, (1, 3, 2))])
 
 
 def _extent(rows: FloatArray) -> float:

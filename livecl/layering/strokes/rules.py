@@ -60,6 +60,11 @@ class StrokeRules:
         Largest ratio between the widths by coverage and by distance to the border at which the former is trusted.
     explained : float
         Least intersection over union of strokes and ink for a picture to be line art, with the option `strokes` auto.
+    line_art : float
+        The same for a picture of which nothing but lines and paper is drawn, with the option `strokes` auto: what is
+        left is noise, texture of the paper, and blurred edges.
+    paper : float
+        Largest difference of the paper's colour from the background for which the background is the paper.
     """
 
     oversampling: int = 3
@@ -88,6 +93,8 @@ class StrokeRules:
     full: float = 0.88
     trusted: float = 1.5
     explained: float = 0.85
+    line_art: float = 0.93
+    paper: float = 0.02
 
 
 RULES = StrokeRules()
