@@ -170,21 +170,35 @@ def segment_along(points: FloatArray, places: FloatArray, rounds: int = 3) -> tu
         return line
     t = (places - places[0]) / max(places[-1] - places[0], 1e-12)
     weights = bernstein(t)
+    controls = np.stack([a, a, d, d])
     if len(points) < 6:
         handles = line[0][1:]
     else:
         for _ in range(rounds):
             rest = points - weights[:, :1] * a - weights[:, 3:] * d
-            handles = np.linalg.lstsq(weights[:, 1:3], rest, rcond=None)[0]
-            curve = weights @ np.stack([a, *handles, d])
-            slope = 3 * np.diff(np.stack([a, *handles, d]), axis=0)
+            handles = _solved(weights[:, 1:3], rest)
+            controls[1:3] = handles
+            slope = 3 * (controls[1:] - controls[:-1])
             u = 1 - t
-            velocity = (u * u)[:, None] * slope[0] + (2 * t * u)[:, None] * slope[1] + (t * t)[:, None] * slope[2]
-            speed = np.maximum((velocity**2).sum(axis=1), 1e-12)
-            t = np.clip(t + ((points - curve) * velocity).sum(axis=1) / speed, 0, 1)
+            velocity = np.stack([u * u, 2 * t * u, t * t], axis=1) @ slope
+            speed = np.maximum(np.einsum("ij,ij->i", velocity, velocity), 1e-12)
+            t = np.clip(t + np.einsum("ij,ij->i", points - weights @ controls, velocity) / speed, 0, 1)
             t[0], t[-1] = 0, 1
             weights = bernstein(t)
-    distance = np.hypot(*(weights @ np.stack([a, *handles, d]) - points).T)
+    controls[1:3] = handles
+    distance = np.hypot(*(weights @ controls - points).T)
     if off.max() <= 1.15 * distance.max() + NO_BEND:  # a line is as good
         return line
     return np.stack([a, *handles]), float(distance.max()), float((distance**2).sum())
+
+
+def _solved(weights: FloatArray, rest: FloatArray) -> FloatArray:
+    """Return the least-squares solution of ``weights @ x = rest``, (n, 2) both, by its normal equations.
+
+    Two handles' weights never are nearly parallel unless all points lie at an end, where any handles do.
+    """
+    (p, q), (_, r) = weights.T @ weights
+    determinant = p * r - q * q
+    if determinant <= 1e-12 * p * r:
+        return np.asarray(np.linalg.lstsq(weights, rest, rcond=None)[0])
+    return np.asarray(np.array([[r, -q], [-q, p]]) @ (weights.T @ rest) / determinant)

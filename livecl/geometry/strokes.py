@@ -178,33 +178,60 @@ def _normals(corners: _Corners, lines: CenterLines, delta: FloatArray) -> FloatA
 Part = tuple[NDArray[Any], ...]
 
 
-def _place(lines: CenterLines, vertices: IntArray, side: int) -> tuple[IntArray, IntArray]:
-    """Return the loop of each corner and its order there: one side runs forward, the other back."""
-    strokes, num = lines.strokes[vertices], len(lines.vertices)
-    if side < 0:
-        return 2 * strokes, vertices
-    is_open = np.bincount(lines.strokes[lines.is_first], minlength=strokes.max(initial=0) + 1)[strokes] > 0
-    return 2 * strokes + ~is_open, 3 * num - vertices
+class _Joins(NamedTuple):
+    """Sides of joins: the vertex of each, its side (-1 or +1) of the line, and its place: loop and order along it."""
+
+    vertices: IntArray
+    sides: IntArray
+    loops: IntArray
+    places: IntArray
+
+    def subset(self, rows: NDArray[Any]) -> _Joins:
+        """Return some of the sides, by mask or index."""
+        return _Joins(*(column[rows] for column in self))
+
+
+def _sides_of(lines: CenterLines, vertices: IntArray) -> _Joins:
+    """Return both sides of some vertices: one runs forward, the other back."""
+    num = len(lines.vertices)
+    strokes = lines.strokes[vertices]
+    is_open = np.zeros(int(strokes.max(initial=0)) + 1, bool)
+    first = lines.strokes[lines.is_first]
+    is_open[first[first < len(is_open)]] = True
+    return _Joins(
+        np.concatenate([vertices, vertices]),
+        np.repeat([-1, 1], len(vertices)),
+        np.concatenate([2 * strokes, 2 * strokes + ~is_open[strokes]]),
+        np.concatenate([vertices, 3 * num - vertices]),
+    )
 
 
 def _part(
     lines: CenterLines,
-    vertices: IntArray,
-    side: int,
-    rank: ArrayLike,
+    joins: _Joins,
+    rank: IntArray | int,
     *,
-    beta: ArrayLike,
-    turn: ArrayLike,
+    beta: FloatArray | float,
     factor: float = 1.0,
     miter: bool = False,
 ) -> Part:
-    """Return corners at joins on one side (-1 or +1); `rank` orders those of one vertex in the line's direction."""
-    num = len(vertices)
-    loop, place = _place(lines, vertices, side)
-    columns = (beta, np.asarray(turn, np.float64), factor)
-    reals = [np.broadcast_to(np.asarray(column, dtype=np.float64), num) for column in columns]
-    ranks = -side * np.broadcast_to(np.asarray(rank, dtype=np.int64), num)
-    return (vertices, lines.previous[vertices], vertices, *reals, np.full(num, miter), loop, place, ranks)
+    """Return corners at sides of joins; `rank` orders those of one vertex in the line's direction."""
+    vertices, num = joins.vertices, len(joins.vertices)
+    betas = beta if isinstance(beta, np.ndarray) else np.full(num, beta)
+    turns, factors = joins.sides * (np.pi / 2), np.full(num, factor)
+    ranks = -joins.sides * rank
+    return (
+        vertices,
+        lines.previous[vertices],
+        vertices,
+        betas,
+        turns,
+        factors,
+        np.full(num, miter),
+        joins.loops,
+        joins.places,
+        ranks,
+    )
 
 
 def _join_corners(
@@ -219,21 +246,23 @@ def _join_corners(
     shorter = np.minimum(lines.lengths[inside], lines.lengths[lines.previous[inside]])
     meets = radius * np.tan(np.abs(delta) / 2) <= shorter / 2
     flat = radius * (stretch - 1) <= tolerance
-    parts: list[Part] = []
-    for side in (-1, 1):
-        gamma = side * np.pi / 2
-        is_inner = np.sign(delta) == side
-        mitered = np.where(is_inner, meets, flat & (style == ROUND) | (style == MITER) & (stretch <= limits[stroke]))
-        rounded = ~is_inner & ~mitered & (style == ROUND)
-        bent = ~mitered & ~rounded
-        parts.append(_part(lines, inside[mitered], side, 0, beta=0.5, turn=gamma, miter=True))
-        parts.append(_part(lines, inside[bent], side, -1, beta=0, turn=gamma))
-        parts.append(_part(lines, inside[bent & is_inner], side, 0, beta=0, turn=gamma, factor=0))
-        parts.append(_part(lines, inside[bent], side, 1, beta=1, turn=gamma))
-        counts = _arc_lines(np.abs(delta[rounded]), radius[rounded], tolerance)
-        index, step = _repeated(counts + 1)
-        parts.append(_part(lines, inside[rounded][index], side, step, beta=step / counts[index], turn=gamma))
-    return parts
+    outer = flat & (style == ROUND) | (style == MITER) & (stretch <= limits[stroke])
+    both = _sides_of(lines, inside)
+    is_inner = np.concatenate([np.sign(delta) == -1, np.sign(delta) == 1])
+    mitered = np.where(is_inner, np.tile(meets, 2), np.tile(outer, 2))
+    rounded = ~is_inner & ~mitered & np.tile(style == ROUND, 2)
+    bent = ~mitered & ~rounded
+    around, sharp, inner = both.subset(rounded), both.subset(bent), both.subset(bent & is_inner)
+    size, reach = (np.tile(values, 2)[rounded] for values in (np.abs(delta), radius))
+    counts = _arc_lines(size, reach, tolerance)
+    index, step = _repeated(counts + 1)
+    return [
+        _part(lines, both.subset(mitered), 0, beta=0.5, miter=True),
+        _part(lines, sharp, -1, beta=0.0),
+        _part(lines, inner, 0, beta=0.0, factor=0.0),
+        _part(lines, sharp, 1, beta=1.0),
+        _part(lines, around.subset(index), step, beta=step / counts[index]),
+    ]
 
 
 def _cap_corners(lines: CenterLines, radii: FloatArray, caps: IntArray, tolerance: float) -> list[Part]:

@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livecl import interruption
+from livecl.drawing.drawing import Drawing
 from livecl.editing import with_few_colors
 from livecl.layering.fills.choice import shaded
 from livecl.layering.placement import place_paths
 from livecl.layering.revision.merging import can_merge, merge_neighbors
 from livecl.layering.revision.pruning import least_useful
-from livecl.layering.strokes.pens import with_fewer_pens
+from livecl.layering.strokes.pens import with_best_shades, with_fewer_pens
 from livecl.layering.strokes.redrawing import redrawn
 from livecl.run.work import Work
 from livecl.training.state import FREE, KEPT
@@ -71,10 +72,8 @@ class Stroke(Phase):
 
     def begin(self, run: Work) -> bool:
         """Place the strokes; False if there are none, or shapes are cheaper."""
-        from livecl.layering.strokes.finding import kept_strokes  # loads SciPy
-
         state = run.state
-        found = kept_strokes(run, run.line_art) if run.lines is None else run.lines.strokes
+        found = _found_strokes(run)
         if not found.num_layers:
             state.stage += 1
             return False
@@ -103,19 +102,19 @@ class Redraw(Phase):
     kind: ClassVar[Kind] = "stroke"
 
     def begin(self, run: Work) -> bool:
-        """Choose caps, join lines and fit them anew; False if nothing improves."""
+        """Choose caps, join lines and fit them anew; False if there are no strokes."""
         from livecl.layering.strokes.ends import with_best_ends  # loads SciPy
 
         state = run.state
-        changed, sources = with_fewer_pens(run, with_best_ends(run, state.drawing))
-        changed = redrawn(run, changed)
-        if changed is state.drawing:
-            run.keep_worthwhile_strokes()
+        if not _found_strokes(run).num_layers:
             state.stage += 1
             return False
-        kept = state.holds[sources]
-        state.replace_layers(changed, np.where(changed.strokes.widths > 0, -1, sources))
-        state.holds = kept
+        changed, sources = with_fewer_pens(run, with_best_shades(run, with_best_ends(run, state.drawing)))
+        changed = redrawn(run, changed)
+        if changed is not state.drawing:
+            kept = state.holds[sources]
+            state.replace_layers(changed, np.where(changed.strokes.widths > 0, -1, sources))
+            state.holds = kept
         return True
 
     def end(self, run: Work) -> bool:
@@ -302,6 +301,13 @@ def place(run: Work, count: int, stage: int, *, refills: bool = False) -> int:
         if placement.hidden_points is not None:
             state.hidden = placement.hidden_points(state.drawing)
     return placed
+
+
+def _found_strokes(run: Work) -> Drawing:
+    """Return the strokes found in the picture."""
+    from livecl.layering.strokes.finding import kept_strokes  # loads SciPy
+
+    return kept_strokes(run, run.line_art) if run.lines is None else run.lines.strokes
 
 
 def _last_of_many(run: Work) -> bool:

@@ -10,7 +10,7 @@ from livecl.drawing.drawing import Drawing
 from livecl.editing import with_few_colors
 from livecl.errors import LiveclError
 from livecl.run.outcome import saved_drawing
-from livecl.run.phases import Grow, Phase, Recolor, Revise, plan_of
+from livecl.run.phases import Grow, Phase, Recolor, Revise, Stroke, plan_of
 from livecl.run.preparation import warm_up
 from livecl.run.progress import Progress
 from livecl.run.work import Work
@@ -118,10 +118,13 @@ class Run(Work):
     def _planned_length(self, phase: Phase) -> int:
         """Return the number of steps of a phase: fewer if a later phase certainly trains its layers further.
 
-        That is so if whole shapes are still missing; and with many paths by regions if revisions follow and stages are
-        not judged by their gain.
+        That is so of strokes, which are fitted before and redrawn afterwards; if whole shapes are still missing; and
+        with many paths by regions if revisions follow and stages are not judged by their gain.
         """
         options, state = self.options, self.state
+        early = min(max(EARLIEST, options.iterations // EARLY_SHARE), options.iterations)
+        if options.end_early and isinstance(phase, Stroke):
+            return early
         followed = any(isinstance(later, Grow) for later in self.plan[state.stage + 1 :])
         if not (options.end_early and isinstance(phase, Grow) and followed):
             return options.iterations
@@ -129,8 +132,7 @@ class Run(Work):
         certain &= sum(self.progress.schedule) >= MANY_PATHS
         if options.placement == "structure":
             certain = state.kept_weight is not None and not state.kept_weight.all()  # visible layers are missing
-        early = max(EARLIEST, options.iterations // EARLY_SHARE)
-        return min(early, options.iterations) if certain else options.iterations
+        return early if certain else options.iterations
 
     @property
     def _limit(self) -> float:

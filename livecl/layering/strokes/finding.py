@@ -27,6 +27,8 @@ from livecl.layering.strokes.rules import RULES, StrokeRules
 
 #: Coverage from which ink counts when strokes are evaluated.
 FAINT = 0.1
+#: Margin, px, of the paper's layer around the canvas.
+SHEET_MARGIN = 2.0
 
 
 class LineArt(NamedTuple):
@@ -112,9 +114,10 @@ def find_line_art(context: Context, background: NDArray[Any] | None, rules: Stro
 
 
 def _sheet(color: FloatArray, canvas: Drawing) -> Drawing:
-    """Return a layer of the paper's colour that covers the canvas."""
-    height, width = canvas.size
-    corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], dtype=np.float64)
+    """Return a layer of the paper's colour that covers the canvas, and more, so that no pixel moves its outline."""
+    (height, width), beyond = canvas.size, SHEET_MARGIN
+    x, y = np.array([-beyond, width + beyond]), np.array([-beyond, height + beyond])
+    corners = np.array([[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]])
     steps = np.roll(corners, -1, axis=0) - corners
     rows = np.stack([corners, corners + steps / 3, corners + 2 * steps / 3], axis=1)
     return Drawing.from_outlines([[rows]], _straight_rgba(color), canvas.size, canvas.background)

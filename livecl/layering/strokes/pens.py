@@ -23,6 +23,11 @@ from livecl.layering.strokes.redrawing import LEFT
 
 #: Largest ratio of widths, and difference of colours in RGBA, of pens that may be merged.
 SAME_WIDTH, SAME_COLOR = 1.3, 0.15
+#: Largest width, px, of lines whose width and shade are known as a product alone; least cosine between their colours,
+#: seen from the ground.
+THIN, SAME_WAY = 2.5, 0.95
+#: Shades of thin lines that are tried, as shares of the contrast found.
+SHADES = tuple(np.linspace(0.7, 1.5, 17).round(2).tolist())
 #: Numbers of a pen: its width and colour. A segment has six.
 PEN_NUMBERS = 4
 
@@ -51,6 +56,27 @@ def with_fewer_pens(context: Context, drawing: Drawing) -> tuple[Drawing, NDArra
     return drawing, sources
 
 
+def with_best_shades(context: Context, drawing: Drawing) -> Drawing:
+    """Choose the shade of thin lines by the error, with the width that has the same ink per length.
+
+    Training moves slowly along such changes, as the picture hardly does.
+    """
+    best, error = drawing, context.visible_mse(drawing)
+    ground = drawing.background
+    if ground is None:
+        return drawing
+    strokes = drawing.strokes
+    for layer in strokes.stroked_layers[strokes.widths[strokes.stroked_layers] <= THIN].tolist():
+        for share in SHADES:
+            colors, widths = best.colors.copy(), best.strokes.widths.copy()
+            colors[layer, :3] = np.clip(ground + share * (drawing.colors[layer, :3] - ground), 0, 1)
+            widths[layer] = strokes.widths[layer] / share
+            changed = drawing.replace(colors=colors, strokes=strokes.with_widths(widths))
+            if (changed_error := context.visible_mse(changed)) < error:
+                best, error = changed, changed_error
+    return best
+
+
 def _pays(context: Context, drawing: Drawing, fewer: Drawing) -> bool:
     """Whether the numbers saved are worth the error added."""
     interruption.check()
@@ -66,18 +92,35 @@ def _alike(drawing: Drawing) -> list[tuple[int, int]]:
     pairs = []
     for i, j in itertools.combinations(layers, 2):
         ratio = abs(float(np.log(drawing.strokes.widths[i] / drawing.strokes.widths[j])))
-        if ratio <= np.log(SAME_WIDTH) and np.abs(drawing.colors[i] - drawing.colors[j]).max() <= SAME_COLOR:
+        same = ratio <= np.log(SAME_WIDTH) and np.abs(drawing.colors[i] - drawing.colors[j]).max() <= SAME_COLOR
+        if same or _thin_alike(drawing, [i, j]):
             pairs.append((ratio, i, j))
     return [(i, j) for _, i, j in sorted(pairs)]
+
+
+def _thin_alike(drawing: Drawing, layers: list[int]) -> bool:
+    """Whether two layers of thin lines have about the same ink per length, and colours on one way from the ground.
+
+    A line of a pixel that lies on the border of two pixels looks like a paler one of two pixels.
+    """
+    if drawing.background is None or drawing.strokes.widths[layers].max() > THIN:
+        return False
+    ways = drawing.colors[layers, 3:] * (drawing.colors[layers, :3] - drawing.background)
+    lengths = np.maximum(np.linalg.norm(ways, axis=1), 1e-9)
+    masses = drawing.strokes.widths[layers] * lengths
+    return bool(masses.max() <= SAME_WIDTH * masses.min() and ways[0] @ ways[1] >= SAME_WAY * lengths.prod())
 
 
 def _merged(drawing: Drawing, i: int, j: int, place: int) -> Drawing:
     """Merge the lines of layers i and j into one layer at the place of one of them.
 
-    The pen has their mean width and colour, weighted by length, and the caps and joins of the longer.
+    The pen has their mean width and colour, weighted by length, and the caps and joins of the longer; of thin lines of
+    other widths, those of the layer at the place.
     """
     lengths = np.array([_length(drawing, layer) for layer in (i, j)])
     shares = lengths / max(lengths.sum(), 1e-9) if lengths.any() else np.array([0.5, 0.5])
+    if drawing.strokes.widths[[i, j]].max() > SAME_WIDTH * drawing.strokes.widths[[i, j]].min():
+        shares = np.array([place == i, place == j], dtype=np.float64)
     main = (i, j)[int(np.argmax(shares))]
     gone = j if place == i else i
     strokes = drawing.strokes
