@@ -31,6 +31,8 @@ MIN_TURN = 0.35
 REACH = 1.0
 #: The same for a line whose end overshoots its beginning, into a corner's tip.
 TAIL = 4.0
+#: Lengths, in widths, by which a line is longer without a hook at its end: it may end beneath another line.
+LONGER = (0.0, 0.5, 1.0)
 #: Rounds of reparametrization of the points along a chosen segment.
 ROUNDS = 30
 #: Share of the error added by a change that remains after training, as for editable outlines.
@@ -98,9 +100,9 @@ class _Redrawing:
                 fewer = _rows_of(line, tolerance)
                 if len(fewer) < len(self.rows[index]):
                     drawing = self._tried(drawing, self.lines, [*self.rows[:index], fewer, *self.rows[index + 1 :]])
-        for first, index, longer in itertools.product((True, False), range(len(self.rows)), (0.0, self.width / 2)):
+        for first, index, longer in itertools.product((True, False), range(len(self.rows)), LONGER):
             if not self.lines[index].closed and len(self.rows[index]) > 3:
-                straight = _without_hook(self.rows[index], first, longer)
+                straight = _without_hook(self.rows[index], first, longer * self.width)
                 rows = [*self.rows[:index], straight, *self.rows[index + 1 :]]
                 drawing = self._tried(drawing, self.lines, rows)
         for own in sorted(self.rows, key=_extent):
