@@ -27,6 +27,9 @@ SMOOTH_SHARE, BLOCK, RANGE, MISS = 0.2, 16, 2.0, 0.75
 #: Share of the error that is noise or fine texture from which further paths hardly help; and the side, px, of the
 #: window whose median tells them from shapes: it keeps edges, and what is wider than half of it.
 FINE_SHARE, WINDOW = 0.5, 5
+#: Share of the pixels in flat cores from which fine detail is small print and thin lines, not noise or texture:
+#: screenshots and pages have at least .8, photographs with noise at most .35.
+FLAT = 0.5
 
 
 def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
@@ -36,9 +39,17 @@ def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
     if recipe.options.fills == "solid" and smooth_share(image) >= SMOOTH_SHARE:
         return "the picture is smoothly shaded, and each path has one colour: try --fills auto"
     variance = float(np.mean(np.var(premultiplied(np.asarray(image, dtype=np.float32)), axis=(0, 1))))
-    if result.mse < min(FAR, LEFT * variance):
+    far, fine = result.mse >= min(FAR, LEFT * variance), fine_detail(image, result.working_size)
+    usual = recipe.options.prune <= Options().prune
+    missing = result.mse >= FINE_SHARE * fine >= FINE_SHARE**2 * result.mse
+    if missing and usual and _is_flat(image, result.working_size):
+        return (
+            "small or thin parts are missing, such as small print: try --size full and a smaller --path-gain, or more "
+            "--paths"
+        )
+    if not far:
         return ""
-    if fine_detail(image, result.working_size) >= FINE_SHARE * result.mse:
+    if fine >= FINE_SHARE * result.mse:
         return (
             "that is far from the picture, and most of what is missing is noise, or texture of a pixel or two, which "
             "paths hardly show: try a picture that is smoothed or larger"
@@ -46,7 +57,7 @@ def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
     used, most = result.drawing.num_layers, sum(recipe.stages)
     if recipe.chooses_paths and used <= MAX_DEFAULT_PATHS:
         most = MAX_DEFAULT_PATHS
-    if used < most and recipe.options.prune > Options().prune:
+    if used < most and not usual:
         return (
             f"that is far from the picture, and layers that lower its error by less than {recipe.options.prune:g} were "
             "left out: try --preset default, or a smaller --prune"
@@ -59,12 +70,24 @@ def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
     return f"that is far from the picture: try more than {most} paths (--paths {4 * most})"
 
 
+def _worked_on(image: NDArray[np.floating], size: tuple[int, int] | None) -> FloatArray:
+    """Return the premultiplied picture at a size (height, width); None is its own."""
+    pixels = np.asarray(image, dtype=np.float32)
+    return premultiplied(pixels if size is None else reduced(pixels, size)).astype(np.float64)
+
+
+def _is_flat(image: NDArray[np.floating], size: tuple[int, int] | None) -> bool:
+    """Whether most of a picture at a size (height, width) is flat colour."""
+    from livecl.layering.segmentation.flat import flatness
+
+    return flatness(_worked_on(image, size)).cored >= FLAT
+
+
 def fine_detail(image: NDArray[np.floating], size: tuple[int, int] | None) -> float:
     """Return the mean squared error of a picture, reduced to a size (height, width), against its local median."""
     from scipy import ndimage
 
-    pixels = np.asarray(image, dtype=np.float32)
-    pixels = premultiplied(pixels if size is None else reduced(pixels, size))
+    pixels = _worked_on(image, size)
     local = ndimage.median_filter(pixels, (WINDOW, WINDOW, 1))
     return float(np.mean(np.square(pixels - local, dtype=np.float64)))
 

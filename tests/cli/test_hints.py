@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from support.results import result_of, sample_drawing
 
 from livecl import Options
-from livecl.cli.hints import hint, smooth_share
+from livecl.cli.hints import fine_detail, hint, smooth_share
 from livecl.run.recipe import Recipe
 
 RAMP = np.tile(np.round(255 * np.linspace(0.4, 0.6, 160))[None, :, None] / 255, (90, 1, 3))
@@ -42,6 +42,18 @@ def test_noise_is_named_as_such_and_not_answered_with_more_paths() -> None:
     cells = np.kron(np.random.default_rng(1).random((9, 16, 3)), np.ones((10, 10, 1)))  # many inks are no noise
     assert "--paths 12" in said(cells, 0.05) and "noise" not in said(cells, 0.05)
     assert "noise" not in said(RAMP, 0.005)
+
+
+def test_small_print_that_is_missing_is_named() -> None:
+    page = np.ones((90, 160, 3))
+    page[10:80:8, 10:150:4] = 0.1  # marks of a pixel
+    page[10:80:8, 11:150:8] = 0.1
+    fine = fine_detail(page, None)
+    assert "small or thin parts" in said(page, 0.9 * fine)
+    assert said(page, 0.02 * fine) == "", "most of them are there"
+    assert "small or thin" not in said(page, 0.9 * fine, prune=2e-4), "left out on purpose"
+    grain = np.random.default_rng(0).random((90, 160, 3))
+    assert "small or thin" not in said(grain, 0.08)
 
 
 def test_pale_pictures_have_a_lower_bound() -> None:
