@@ -69,7 +69,7 @@ class StrokeRules:
 
     oversampling: int = 3
     blur: float = 0.5
-    slenderness: float = 2.5
+    slenderness: float = 1.5
     branch: float = 1.0
     roundness: float = 0.85
     clear: float = 0.85
