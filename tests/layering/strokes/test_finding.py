@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import ndimage
 from support.line_art import BLACK, DRAWINGS, arc, drawing, line, match
 
 from livecl import Control, Drawing, Options, Rasterizer, render, vectorize
@@ -159,3 +160,28 @@ def test_redrawing_saves_nodes(name: str) -> None:
     nodes = match(result.drawing, true).nodes
     assert nodes <= 1.3
     assert nodes < match(result.stages[0].drawing, true).nodes
+
+
+def _scanned(true: Drawing) -> np.ndarray:
+    """Return a drawing as a scan: paper with texture (5/255, over some pixels), light off by 12 %, noise of 3/255."""
+    rows, columns = np.indices(true.size)
+    light = 0.97 - 0.12 * (rows + columns)[..., None] / sum(true.size)
+    texture = ndimage.gaussian_filter(np.random.default_rng(1).normal(0, 1, true.size), 1.5)[..., None]
+    return _noisy(render(true) * light + 5 / 255 * texture / texture.std(), 3)
+
+
+def test_a_scan_in_auto_is_strokes_and_one_sheet() -> None:
+    """Nothing is added for light, texture and noise: the paper is one rectangle, that no pixel moves."""
+    size = (72, 72)
+    true = drawing((BLACK, 4, [line((12, 14), (60, 22)), line((14, 58), (36, 34), (58, 58))]), size=size)
+
+    result = vectorize(_scanned(true), options=Options(strokes="auto", background="#ffffff", iterations=20))
+
+    stroked = result.drawing.strokes.widths > 0
+    assert stroked.tolist() == [False, True]  # the sheet lies below
+    assert result.drawing.segment_offsets[1] == 4
+    np.testing.assert_allclose(Rasterizer(size).coverages(result.drawing)[0], 1, atol=1e-6)
+    found = match(result.drawing.layer_subset(stroked), true)
+    assert found.distance < 0.2
+    assert found.width < 0.05
+    assert found.nodes <= 1.3

@@ -80,6 +80,29 @@ def test_lines_that_cost_more_together_stay_apart() -> None:
     assert _redrawn(apart, apart) is apart
 
 
+@pytest.mark.parametrize("first", [True, False])
+def test_hooks_at_ends_are_straightened(first: bool) -> None:
+    """A stem with a hook, as where a skeleton turns aside near a bar."""
+    bar = line((30, 20), (30, 140))
+    stem = [(30.0, 80.0), (90, 80), (140, 110)]
+    hooked = [(35.0, 76.0), (36.0, 80.0), *stem[1:]]
+    if not first:
+        stem, hooked = stem[::-1], hooked[::-1]
+    true = drawing((BLACK, 10, [bar, line(*stem)]))
+    found = drawing((BLACK, 10, [bar, line(*hooked)]))
+
+    result = _redrawn(found, true)
+
+    assert result.num_segments == true.num_segments < found.num_segments
+    assert match(result, true).distance < 0.1
+
+
+def test_bends_that_are_drawn_are_no_hooks() -> None:
+    true = drawing((BLACK, 6, [line((30, 60), (36, 80), (90, 80), (140, 110))]))
+
+    assert _redrawn(true, true) is true
+
+
 def test_filled_layers_and_pens_stay() -> None:
     true = DRAWINGS["cup"]
     pens = Strokes(
