@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.line_art import drawing, line
 
-from livecl import Drawing, Options, Rasterizer, render
+from livecl import Drawing, Options, Rasterizer, render, vectorize
 from livecl.layering.context import Context
 from livecl.layering.strokes.pens import with_best_shades
 
@@ -41,3 +41,14 @@ def test_what_is_right_or_wide_stays() -> None:
     assert _chosen(true, true) is true
     wide = _lines(0.5, 5.0)
     assert _chosen(wide, _lines(0.8, 4.0)) is wide
+
+
+def test_a_run_chooses_shades_of_thin_lines() -> None:
+    """Training alone leaves them near those of the first lines: here 8 % too wide and too pale."""
+    true = _lines(0.8, 1.0)
+
+    found = vectorize(render(true), options=Options(strokes="auto", background="#ffffff", iterations=30)).drawing
+
+    assert found.strokes.widths.all()
+    np.testing.assert_allclose(found.strokes.widths, 1, rtol=0.05)
+    np.testing.assert_allclose(1 - found.colors[:, :3], 0.8, rtol=0.05)
