@@ -203,8 +203,7 @@ def evidence(outlines: Outlines, nodes: list[int], prices: Prices) -> tuple[Pair
                 continue
             below = outlines.covers((o,))
             saved = price - completed_contour(contour, below, outlines.room((k,), below), outlines, prices)[1]
-            whole = outlines.of((k, o))[0]
-            both = price - outline_price(whole.points, prices) - hidden_price(whole.area, contour.area, prices)
+            both = price - _outline_price_with(o, k, outlines, prices)
             if both > saved + prices.saving:
                 markings[k, o] = both
             own = _junctions(contour, o, hull, outlines.regions.sizes[k], prices)
@@ -229,6 +228,18 @@ def evidence(outlines: Outlines, nodes: list[int], prices: Prices) -> tuple[Pair
         if inside in known:
             front[inside, around] = 2 * np.pi
     return front, markings
+
+
+def _outline_price_with(marking: int, k: int, outlines: Outlines, prices: Prices) -> float:
+    """Return the price of one outline around a region and a marking on it, and of the holes that it makes between them.
+
+    Those are other regions' outlines, which the region's own one runs along.
+    """
+    whole, *holes = outlines.of((k, marking))
+    known = sum(outline_price(hole.points, prices) for one in (k, marking) for hole in outlines.of((one,))[1:])
+    between = max(0.0, sum(outline_price(hole.points, prices) for hole in holes) - known)
+    hidden = hidden_price(whole.area, outlines.outer(k).area, prices)
+    return outline_price(whole.points, prices) + between + hidden
 
 
 def worth_it(screen: Screen, outlines: Outlines, front: Pairs, prices: Prices) -> bool:
