@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -201,11 +201,13 @@ def evidence(outlines: Outlines, nodes: list[int], prices: Prices) -> tuple[Pair
         for o, facing in outlines.neighbors(k).items():
             if o not in known or facing < SHORTEST_GAP or {(o, k), (k, o)} & enclosed:
                 continue
-            below = outlines.covers((o,))
-            saved = price - completed_contour(contour, below, outlines.room((k,), below), outlines, prices)[1]
-            both = price - _outline_price_with(o, k, outlines, prices)
+            saved = price - _price_behind(contour, k, (o,), outlines, prices)
+            whole, *holes = outlines.of((k, o))
+            both = price - outline_price(whole.points, prices) - hidden_price(whole.area, contour.area, prices)
             if both > saved + prices.saving:
-                markings[k, o] = both
+                on_both = known & {int(n) for hole in holes for n in hole.across}
+                if both > price - _price_behind(contour, k, {o, *on_both}, outlines, prices) + prices.saving:
+                    markings[k, o] = both
             own = _junctions(contour, o, hull, outlines.regions.sizes[k], prices)
             own += prices.bulge * _bulge(contour, outlines.marks((o,))) - prices.completion * float(
                 np.clip(saved, 0, 3)
@@ -230,16 +232,10 @@ def evidence(outlines: Outlines, nodes: list[int], prices: Prices) -> tuple[Pair
     return front, markings
 
 
-def _outline_price_with(marking: int, k: int, outlines: Outlines, prices: Prices) -> float:
-    """Return the price of one outline around a region and a marking on it, and of the holes that it makes between them.
-
-    Those are other regions' outlines, which the region's own one runs along.
-    """
-    whole, *holes = outlines.of((k, marking))
-    known = sum(outline_price(hole.points, prices) for one in (k, marking) for hole in outlines.of((one,))[1:])
-    between = max(0.0, sum(outline_price(hole.points, prices) for hole in holes) - known)
-    hidden = hidden_price(whole.area, outlines.outer(k).area, prices)
-    return outline_price(whole.points, prices) + between + hidden
+def _price_behind(contour: Contour, k: int, front: Collection[int], outlines: Outlines, prices: Prices) -> float:
+    """Return the price of a region's outer outline, completed behind some regions where that is cheaper."""
+    below = outlines.covers(front)
+    return completed_contour(contour, below, outlines.room((k,), below), outlines, prices)[1]
 
 
 def worth_it(screen: Screen, outlines: Outlines, front: Pairs, prices: Prices) -> bool:
