@@ -21,6 +21,8 @@ Gap = tuple[FloatArray, FloatArray | None, FloatArray, FloatArray | None]
 #: Cosine of the largest angle between the direction of an end and the way to the other end; gaps shorter than `SHORT`,
 #: px, are exempt.
 AHEAD, SHORT = 0.75, 4.0
+#: The same for ends in one line, which are connected however far they are.
+ALIGNED = 0.998
 
 
 def direction_at_end(points: FloatArray) -> FloatArray | None:
@@ -78,17 +80,23 @@ def curves(gap: Gap) -> Iterator[FloatArray]:
 
 
 def bridges(gap: Gap, other: Gap, longest: float) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield pairs of curves, from the start of one gap to the end of the other and back, if the ends are relatable."""
+    """Yield pairs of curves, from the start of one gap to the end of the other and back, if the ends are relatable.
+
+    Both curves together are at most `longest` px, unless all ends lie in line.
+    """
     (start, enter, end, leave), (start2, enter2, end2, leave2) = gap, other
     if enter is None or leave is None or enter2 is None or leave2 is None:
         return
     ways = end2 - start, end - start2
     lengths = [float(np.hypot(*way)) for way in ways]
-    if sum(lengths) > longest:
+    turns = [
+        min(a @ way, b @ way) / max(length, 1e-9)
+        for way, length, a, b in zip(ways, lengths, (enter, enter2), (leave2, leave), strict=True)
+    ]
+    if sum(lengths) > longest and min(turns) < ALIGNED:
         return
-    for way, length, a, b in zip(ways, lengths, (enter, enter2), (leave2, leave), strict=True):
-        if length > SHORT and min(a @ way, b @ way) < AHEAD * length:
-            return
+    if any(length > SHORT and turn < AHEAD for length, turn in zip(lengths, turns, strict=True)):
+        return
     yield straight_line(start, end2), straight_line(start2, end)
     yield smooth(start, enter, end2, leave2), smooth(start2, enter2, end, leave)
 

@@ -71,7 +71,8 @@ def ground_regions(outlines: Outlines, ground: FloatArray) -> set[int]:
     for k in inner:
         if sum(n for o, n in facing[k].items() if o in touching) < GROUND_AROUND * sum(facing[k].values()):
             continue
-        if len(facing[k]) > 1 or all(_seen_through(outlines, k, o) for o in facing[k]):
+        around = [o for o in facing[k] if o in touching]  # what lies on these is no evidence
+        if len(around) > 1 or all(_seen_through(outlines, k, o) for o in around):
             found.add(k)
     return found
 

@@ -109,7 +109,8 @@ def test_parts_are_bridged_where_their_ends_see_each_other() -> None:
 
 
 def test_bridges_are_neither_long_nor_far_from_the_direction_of_their_ends() -> None:
-    assert len(bars(10, 0, longest=20)) == 2 and not bars(10, 0, longest=19.9)
+    assert len(bars(10, 1, longest=20.1)) == 2 and not bars(10, 1, longest=20)  # two of the root of 101
+    assert len(bars(10, 0, longest=1)) == 2, "ends in one line may be far"
     assert len(bars(10, 8)) == 2  # the cosine is .78
     assert not bars(10, 10)  # .71
     assert len(bars(2, 3)) == 2, "short gaps need not comply"
