@@ -16,6 +16,9 @@ KNOTS, BINS = 7, 96
 #: Most stops of a gradient; offsets tried for a new one; rounds of refinement around the best.
 MOST_STOPS, PLACES, REFINEMENTS = 6, 11, 3
 
+#: Share of all weight with which a stop is held to the others.
+LEAST_SHARE = 1e-6
+
 _EVENLY = np.linspace(-1, 1, PLACES)
 
 
@@ -37,28 +40,49 @@ def fit_ramp(t: FloatArray, pixels: Pixels, price: float) -> tuple[FloatArray, F
     """Fit the offsets and colours of the stops of a ramp over t, by least squares, adding stops where it pays.
 
     Fitted to pixels summed in bins of t; a new stop starts where it helps most, and its offset is refined from there.
+
+    Notes
+    -----
+    Ramps with knots low < k_1 < ... < high are spanned by 1, t and (t - k_j)+. With Q an orthonormal basis of what is
+    there already and R the residual of its fit, both times the roots of the weights, b = (t - p)+ lowers the squared
+    error by |b_Q . R|^2 / |b_Q|^2, where b_Q is b without its projection on Q: no system is solved for a place tried.
     """
     low, high = float(t.min()), float(t.max())
-    few, *binned = _binned(t, pixels)
-    search = StopFit(*binned)
+    places, shares, colors = _binned(t, pixels)
+    roots, least = np.sqrt(shares)[:, None], LEAST_SHARE * shares.sum()
+    basis = np.linalg.qr(roots * np.stack([np.ones(len(places)), places - low], axis=1))[0]
+    left = roots * (colors - shares @ colors / shares.sum())
+    left -= basis @ (basis.T @ left)
     knots = np.array([low, high])
-    error = float(search.stops(_hats(knots[None], few))[0][0])
     while len(knots) < MOST_STOPS:
         center, width = (low + high) / 2, (high - low) / 2
-        best, place = np.inf, center
-        trials = np.empty((PLACES, len(knots) + 1))
+        best, place = 0.0, center
         for _ in range(REFINEMENTS):
-            places = np.minimum(np.maximum(center + width * _EVENLY, low), high)
-            trials[:, :-1], trials[:, -1] = knots, places
-            errors = search.stops(_hats(np.sort(trials, axis=1), few))[0]
-            least = int(errors.argmin())
-            if errors[least] < best:
-                best, place = float(errors[least]), float(places[least])
+            tried = np.minimum(np.maximum(center + width * _EVENLY, low), high)
+            bent = _bends(tried, places, roots, basis)
+            # A hat at a knot p between a and b is (t - p)+ times (b - a) / ((p - a) (b - p)), but for functions that
+            # are there: with it, a stop that no pixel is near keeps to the others.
+            after = np.clip(np.searchsorted(knots, tried), 1, len(knots) - 1)
+            before, behind = tried - knots[after - 1], knots[after] - tried
+            height = before * behind / np.maximum(before + behind, 1e-12)
+            norms = (bent * bent).sum(axis=1) + least * np.square(height)
+            gains = np.square(bent @ left).sum(axis=1) / np.maximum(norms, 1e-12 * least)
+            most = int(gains.argmax())
+            if gains[most] > best:
+                best, place, chosen = float(gains[most]), float(tried[most]), bent[most] / np.sqrt(norms[most])
             center, width = place, 2 * width / (PLACES - 1)
-        if error - best <= STOP_NUMBERS * price:
+        if best <= STOP_NUMBERS * price:
             break
-        error, knots = best, np.sort(np.append(knots, place))
+        knots, basis = np.sort(np.append(knots, place)), np.column_stack([basis, chosen])
+        left -= np.outer(chosen, chosen @ left)
     return knots, np.clip(StopFit(pixels.weights, pixels.colors).stops(_hats(knots[None], t))[1][0], 0, 1)
+
+
+def _bends(knots: FloatArray, places: FloatArray, roots: FloatArray, basis: FloatArray) -> FloatArray:
+    """Return (t - p)+ for knots p (P,) at places t (m,), times the roots (m, 1), without its part in a basis: (P, m)."""
+    bent = np.maximum(places - knots[:, None], 0) * roots[:, 0]
+    bent -= (bent @ basis) @ basis.T
+    return np.asarray(bent)
 
 
 def _binned(t: FloatArray, pixels: Pixels) -> tuple[FloatArray, FloatArray, FloatArray]:
