@@ -19,7 +19,7 @@ import numpy as np
 from livecl import interruption
 from livecl.arrays import FloatArray
 from livecl.drawing.fills import LINEAR, SOLID
-from livecl.layering.fills.ramps import COLOR_NUMBERS, LAYER_NUMBERS, Paint, fit_paint
+from livecl.layering.fills.ramps import COLOR_NUMBERS, LAYER_NUMBERS, Paint, refit_paint
 from livecl.layering.fills.stops import Pixels
 
 
@@ -101,13 +101,16 @@ def _bases(pixels: Pixels, price: float, kinds: Sequence[str]) -> Iterator[Paint
     along = (pixels.points - center) @ np.array([np.cos(turns), np.sin(turns)])
     starts = [np.ones(len(along), bool), *(along <= np.quantile(along, OVERLAYS.seen_share, axis=0)).T]
     found: dict[bytes, tuple[int, Paint]] = {}
+    known: set[bytes] = set()
     for seen in starts:
+        before: Paint | None = None
         for _ in range(OVERLAYS.rounds):
             interruption.check()
+            known.add(seen.tobytes())
             some = pixels.points[seen], pixels.colors[seen], pixels.weights[seen]
-            paint = fit_paint(*some, price, kinds)
+            before = paint = refit_paint(before, *some, price, kinds)
             explained = _missed(paint, pixels) <= OVERLAYS.missed
-            if np.array_equal(explained, seen) or explained.sum() < len(explained) / 10:
+            if explained.tobytes() in known or explained.sum() < len(explained) / 10:
                 break
             seen = explained
         found.setdefault(explained.tobytes(), (-int(explained.sum()), paint))
@@ -136,12 +139,11 @@ def _overlaid(base: Paint, pixels: Pixels, price: float, kinds: Sequence[str], m
     return best
 
 
-def _overlay(
-    below: Paint, pixels: Pixels, color: FloatArray | None, price: float, kinds: Sequence[str]
-) -> Paint | None:
+def _overlay(below: Paint, pixels: Pixels, near: Paint | None, price: float, kinds: Sequence[str]) -> Paint | None:
     """Fit an overlay, one colour with a ramp of opacity, to the residual of the fills below.
 
-    Its colour is the point to which the residuals of the fill below converge.
+    Its colour is the point to which the residuals of the fill below converge; with an overlay `near`, both are searched
+    for from there.
     """
     from scipy.optimize import least_squares
 
@@ -150,7 +152,9 @@ def _overlay(
     far = np.abs(missing).max(axis=1) > OVERLAYS.missed
     if far.sum() < 12:
         return None
-    if color is None:  # extrapolated from the colour below through the wanted one to the gamut's border
+    if near is not None:
+        color = near.stops[0, :3]
+    else:  # extrapolated from the colour below through the wanted one to the gamut's border
         start, step = under[far].mean(axis=0), missing[far].mean(axis=0)
         room = np.where(step > 0, 1 - start, start) / np.maximum(np.abs(step), 1e-9)
         color = start + step * room.min()
@@ -167,7 +171,7 @@ def _overlay(
     squares = (way * way).sum(axis=1)
     opacity = (missing * way).sum(axis=1) / np.maximum(squares, 1e-9)
     rgba = np.column_stack([np.tile(color, (len(opacity), 1)), opacity])
-    paint = fit_paint(pixels.points, rgba, pixels.weights * squares, price, kinds)
+    paint = refit_paint(near, pixels.points, rgba, pixels.weights * squares, price, kinds)
     return paint if paint.kind != SOLID and _steepness(paint) * np.sqrt(squares.max()) <= OVERLAYS.steepest else None
 
 
@@ -190,11 +194,11 @@ def _refitted(paint: Paint, place: int, pixels: Pixels, price: float, kinds: Seq
     doubt = 1 + np.square(_missed(paint, pixels) / OVERLAYS.missed)
     alone = Pixels(pixels.points, colors, pixels.weights * clear[:, 0] ** 2 / doubt)
     if place == 0:
-        fitted: Paint | None = fit_paint(alone.points, alone.colors, alone.weights, price, kinds)
+        fitted: Paint | None = refit_paint(paint, alone.points, alone.colors, alone.weights, price, kinds)
         assert fitted is not None
         return _with_error(dataclasses.replace(fitted, over=paint.over), pixels)
     below = dataclasses.replace(paint, over=paint.over[: place - 1])
-    fitted = _overlay(below, alone, paint.over[place - 1].stops[0, :3], price, kinds)
+    fitted = _overlay(below, alone, paint.over[place - 1], price, kinds)
     if fitted is None:
         return paint
     over = (*paint.over[: place - 1], fitted, *paint.over[place:])

@@ -39,6 +39,9 @@ SEARCH_ROUNDS, LEAST_PROGRESS = 60, 0.002
 STRETCHES = 8
 #: Largest ratio of the axes of an ellipse.
 MOST_STRETCHED = 6.0
+#: A radial gradient is given up where the best start of its search has more than this multiple of the error that is of
+#: interest. From the best start, the searches of 319 fits lowered the error by a factor of 1.1 (median), 4.7 (97 %).
+HOPELESS = 8.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,11 +135,13 @@ def fit_paint(
     weights: FloatArray,
     price: float,
     kinds: Sequence[str] = KINDS,
+    near: Sequence[Paint] = (),
 ) -> Paint:
     """Fit a fill to the straight RGBA (n, 4) wanted at pixel centres (n, 2), by least squared error plus price.
 
     `weights` (n,) weigh the squared errors, `price` is that of a number, and `kinds` are those of "solid", "linear" and
-    "radial" allowed; solid always is.
+    "radial" allowed; solid always is. Radial gradients are searched for
+    from those `near`, if there are any: a search takes a third of the time.
 
     Notes
     -----
@@ -150,6 +155,7 @@ def fit_paint(
     pixels = Pixels(points[::step], colors[::step], weights[::step] * step)
     best = _solid(pixels)
     enough = NOISE * 3 * pixels.weights.sum()
+    near = [paint for paint in near if paint.kind == RADIAL]
     for kind, fit in ((LINEAR, _linear), (RADIAL, _radial)):
         # No gradient pays where the best fill costs less than its numbers alone, as it has two stops at least.
         least = price * (GEOMETRY_NUMBERS[kind] + 2 * STOP_NUMBERS)
@@ -157,10 +163,25 @@ def fit_paint(
             enough + price * (best.numbers - COLOR_NUMBERS), least - price * best.numbers
         ):
             continue
-        for found in fit(pixels, price):
+        room = best.error + price * best.numbers - least
+        for found in fit(pixels, price, room, near):
             if found.error + price * found.numbers < best.error + price * best.numbers:
                 best = found
     return best
+
+
+def refit_paint(
+    paint: Paint | None,
+    points: FloatArray,
+    colors: FloatArray,
+    weights: FloatArray,
+    price: float,
+    kinds: Sequence[str] = KINDS,
+) -> Paint:
+    """Fit a fill to other pixels or weights than `paint` was: if that is radial, only near it, a fourth of the time."""
+    if paint is None or paint.kind != RADIAL:
+        return fit_paint(points, colors, weights, price, kinds)
+    return fit_paint(points, colors, weights, price, (KINDS[RADIAL],), near=[paint])
 
 
 def _solid(pixels: Pixels) -> Paint:
@@ -178,7 +199,8 @@ def _painted(kind: int, geometry: FloatArray, pixels: Pixels, price: float) -> P
     return dataclasses.replace(paint, color=_solid(pixels).color, error=error)
 
 
-def _linear(pixels: Pixels, price: float) -> list[Paint]:
+def _linear(pixels: Pixels, price: float, _most: float, _near: Sequence[Paint]) -> list[Paint]:
+    """Fit the best linear gradient."""
     points, weights = pixels.points, pixels.weights
     center = np.average(points, axis=0, weights=weights)
     offset = points - center
@@ -210,8 +232,8 @@ def _linear(pixels: Pixels, price: float) -> list[Paint]:
     return [_painted(LINEAR, np.array([*ends, (0.0, 0.0)]), pixels, price)]
 
 
-def _radial(pixels: Pixels, price: float) -> list[Paint]:
-    """Fit the best radial gradient on circles, then on ellipses."""
+def _radial(pixels: Pixels, price: float, most: float, near: Sequence[Paint]) -> list[Paint]:
+    """Fit the best radial gradient on circles, then on ellipses; none where an error of `most` is out of reach."""
     low, high = pixels.points.min(axis=0), pixels.points.max(axis=0)
     span, few = np.maximum(high - low, 1.0), pixels.thinned(SEARCH_PIXELS)
     grid = np.stack(np.meshgrid(*[np.linspace(-REACH, REACH, 2 * CENTERS - 1)] * 2), axis=-1).reshape(-1, 2) / 2
@@ -224,25 +246,49 @@ def _radial(pixels: Pixels, price: float) -> list[Paint]:
         squares += np.square(odd * x + even_y * y)
         return ramps.errors(np.sqrt(squares, out=squares))
 
-    def best(shapes: FloatArray) -> FloatArray:
-        return np.asarray(shapes[np.argmin(errors(shapes))])
+    steps, shapes = np.array([span[0] / 16, span[1] / 16, 0.2, 0.2]), []
+    if near:
+        tried = [np.concatenate([*_quadric(few), *(_shape(paint.geometry) for paint in near)])]
+    else:
+        shapes.append(_circle(few, centers, errors, span))
+        tried = _stretched(few, shapes[0])
+    starts, least = zip(*(_best(some, errors) for some in tried), strict=True)
+    if min(least) > HOPELESS * most:
+        return []
+    shares = 4.0 if near else 1.0
+    ellipses = _pattern_searches(errors, np.array(starts), steps / shares, 0.02 * shares)
+    shapes.append(_best(ellipses, errors)[0])
+    return [
+        _painted(RADIAL, geometry, pixels, price)
+        for shape in shapes
+        if (geometry := _ellipse(shape, pixels.points)) is not None
+    ]
 
-    fewer = few.thinned(GRID_PIXELS)
+
+def _circle(
+    pixels: Pixels, centers: FloatArray, errors: Callable[[FloatArray], FloatArray], span: FloatArray
+) -> FloatArray:
+    """Return the best shape of a radial gradient on circles, from the best of some centres."""
+    fewer = pixels.thinned(GRID_PIXELS)
     distances = np.linalg.norm(fewer.points - centers[:, None], axis=2)
     start = np.append(centers[np.argmin(Ramps(fewer).errors(distances))], (0.0, 0.0))
     steps = np.array([span[0] / 8, span[1] / 8, 0.0, 0.0])
-    circular = _pattern_searches(errors, start[None], steps, SMALLEST_STEP / span.max())[0]
-    steps = np.array([span[0] / 16, span[1] / 16, 0.2, 0.2])
+    return np.asarray(_pattern_searches(errors, start[None], steps, SMALLEST_STEP / span.max())[0])
+
+
+def _stretched(pixels: Pixels, circular: FloatArray) -> list[FloatArray]:
+    """Return the starts of the searches for an ellipse: around the circle's centre, and around that of the pixels."""
     turns = np.linspace(0, 2 * np.pi, STRETCHES, endpoint=False)
     stretches = 0.4 * np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    starts = [np.column_stack([np.tile(c, (STRETCHES, 1)), stretches]) for c in (circular[:2], few.points.mean(axis=0))]
-    starts[0] = np.concatenate([starts[0], circular[None], *_quadric(few)])
-    elliptic = best(_pattern_searches(errors, np.array([best(some) for some in starts]), steps, 0.02))
-    return [
-        _painted(RADIAL, geometry, pixels, price)
-        for shape in (circular, elliptic)
-        if (geometry := _ellipse(shape, pixels.points)) is not None
-    ]
+    middle = pixels.points.mean(axis=0)
+    starts = [np.column_stack([np.tile(c, (STRETCHES, 1)), stretches]) for c in (circular[:2], middle)]
+    return [np.concatenate([starts[0], circular[None], *_quadric(pixels)]), starts[1]]
+
+
+def _best(shapes: FloatArray, errors: Callable[[FloatArray], FloatArray]) -> tuple[FloatArray, float]:
+    """Return the shape of least error, and the error."""
+    found = errors(shapes)
+    return np.asarray(shapes[np.argmin(found)]), float(found.min())
 
 
 def _quadric(pixels: Pixels) -> list[FloatArray]:
@@ -257,12 +303,22 @@ def _quadric(pixels: Pixels) -> list[FloatArray]:
     terms = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y], axis=1) * np.sqrt(pixels.weights)[:, None]
     c = np.linalg.lstsq(terms, along * np.sqrt(pixels.weights), rcond=None)[0]
     matrix = np.array([[c[3], c[4] / 2], [c[4] / 2, c[5]]])
-    values, vectors = np.linalg.eigh(matrix)
-    if not values[0] * values[1] > 0:
+    if not np.linalg.det(matrix) > 0:
         return []
-    center = middle - np.linalg.solve(matrix, c[1:3]) / 2
+    return [_shape_around(middle - np.linalg.solve(matrix, c[1:3]) / 2, matrix)[None]]
+
+
+def _shape(geometry: FloatArray) -> FloatArray:
+    """Return the shape (1, 4) of a radial gradient of a geometry (3, 2): the inverse of `_ellipse`."""
+    turned = np.linalg.inv(geometry[1:] - geometry[0])
+    return _shape_around(geometry[0], turned @ turned.T)[None]
+
+
+def _shape_around(center: FloatArray, matrix: FloatArray) -> FloatArray:
+    """Return the shape of the ellipses (p - center)^T Q (p - center), for a definite matrix Q (2, 2)."""
+    values, vectors = np.linalg.eigh(matrix)
     root = vectors * (0.5 * np.log(np.abs(values))) @ vectors.T  # the logarithm of the matrix that makes it round
-    return [np.array([[*center, (root[0, 0] - root[1, 1]) / 2, root[0, 1]]])]
+    return np.array([*center, (root[0, 0] - root[1, 1]) / 2, root[0, 1]])
 
 
 def _round(shapes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -79,7 +79,7 @@ def fit_ramp(t: FloatArray, pixels: Pixels, price: float) -> tuple[FloatArray, F
 
 
 def _bends(knots: FloatArray, places: FloatArray, roots: FloatArray, basis: FloatArray) -> FloatArray:
-    """Return (t - p)+ for knots p (P,) at places t (m,), times the roots (m, 1), without its part in a basis: (P, m)."""
+    """Return (t - p)+ for knots p (P,) at places t (m,), times the roots (m, 1), less its part in a basis: (P, m)."""
     bent = np.maximum(places - knots[:, None], 0) * roots[:, 0]
     bent -= (bent @ basis) @ basis.T
     return np.asarray(bent)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -40,12 +40,14 @@ def straight(pixels: FloatArray) -> FloatArray:
     return np.concatenate([np.clip(pixels[:, :3] / np.maximum(alpha, 1e-3), 0, 1), alpha], axis=1)
 
 
-def fitted_paint(image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...]) -> Paint:
-    """Fit a fill to the pixels (H, W) of a picture."""
+def fitted_paint(
+    image: FloatArray, mask: BoolArray, price: float, kinds: tuple[str, ...], near: Sequence[Paint] = ()
+) -> Paint:
+    """Fit a fill to the pixels (H, W) of a picture, near others as in :func:`fit_paint`."""
     colors = straight(image[mask])
     if len(colors) < CUT_PIXELS:
         kinds = ()
-    return fit_paint(pixel_centers(mask), colors, np.maximum(colors[:, 3] ** 2, 1e-3), price, kinds)
+    return fit_paint(pixel_centers(mask), colors, np.maximum(colors[:, 3] ** 2, 1e-3), price, kinds, near)
 
 
 def pixel_centers(mask: BoolArray) -> FloatArray:

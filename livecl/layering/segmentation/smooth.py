@@ -83,12 +83,13 @@ class SmoothRegions(FlatRegions):
         return any(not self.paint(frozenset((k,))).solid for k in range(len(self.sizes)))
 
     def paint(self, ids: frozenset[int]) -> Paint:
-        """Return the fill fitted to a set of regions together."""
+        """Return the fill fitted to a set of regions together; that of several is searched for near those of each."""
         if ids not in self._paints:
             interruption.check()
             own = self.pixels_of(ids)
             kinds = self.kinds if self._changes.drift(own) else ()
-            self._paints[ids] = fitted_paint(self.image, own, self.price, kinds)
+            near = [self.paint(frozenset((k,))) for k in sorted(ids)] if len(ids) > 1 else []
+            self._paints[ids] = fitted_paint(self.image, own, self.price, kinds, near)
         return self._paints[ids]
 
     def shown(self, ids: frozenset[int], mask: BoolArray) -> FloatArray:
