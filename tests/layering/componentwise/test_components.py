@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import label
+from skimage import measure
 
-from livecl.layering.componentwise.components import component_places, components
+from livecl.layering.componentwise.components import component_places, components, labels_of
 from livecl.options import Options
 
 FloatArray = NDArray[np.float64]
@@ -92,6 +93,15 @@ def test_only_what_is_above_the_threshold_is_shared_among_the_bins() -> None:
     difference[:10] = np.random.default_rng(1).uniform(0.2, 3, size=(10, 30))
     _, bins = components(difference, Options.paper(bins=3))
     assert np.bincount(bins.ravel()).tolist() == [300, 100, 100, 100]
+
+
+def test_components_are_numbered_by_their_first_pixels() -> None:
+    """They are those of scikit-image, which the authors' program uses, through any turns of a component."""
+    spiral = np.zeros((12, 9), np.int64)
+    spiral[::2], spiral[1::4, -1], spiral[3::4, 0] = 1, 1, 1
+    random = np.random.default_rng(3).integers(0, 3, (30, 40))
+    for bins in (spiral, random, random.T.copy(), np.ones((1, 1), np.int64)):
+        np.testing.assert_array_equal(labels_of(bins), measure.label(bins, background=0, connectivity=1))
 
 
 def test_components_are_those_of_the_bins() -> None:
