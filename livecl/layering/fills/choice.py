@@ -73,8 +73,9 @@ def shaded(context: Context, drawing: Drawing, free: BoolArray) -> Drawing:
         now = _colors_at(drawing, layer, points)
         alone = bool(below) and float(np.mean(1 - below[layer][own])) <= CLEAR
         wanted, weights = _wanted(now, residual[own], alone)
-        paint = fit_paint(points, wanted, weights, price, shading.kinds if context.changes.drift(own) else ())
         kept = float(weights @ np.square(now - wanted).sum(axis=1)) + price * _numbers(fills)
+        kinds = shading.kinds if context.changes.drift(own) else ()
+        paint = fit_paint(points, wanted, weights, price, kinds, most=kept - LEAST_SAVING * price)
         saved = kept - paint.error - price * paint.numbers
         if (paint.kind != SOLID or fills.any_gradients) and saved > LEAST_SAVING * price:
             found[layer] = paint

@@ -123,12 +123,13 @@ def fit_paint(
     price: float,
     kinds: Sequence[str] = KINDS,
     near: Sequence[Paint] = (),
+    most: float = np.inf,
 ) -> Paint:
     """Fit a fill to the straight RGBA (n, 4) wanted at pixel centres (n, 2), by least squared error plus price.
 
     `weights` (n,) weigh the squared errors, `price` is that of a number, and `kinds` are those of "solid", "linear" and
     "radial" allowed; solid always is. Radial gradients are searched for from those `near`, if there are any, in a third
-    of the time.
+    of the time. Gradients that cost `most` or more need not be found.
 
     Notes
     -----
@@ -145,7 +146,7 @@ def fit_paint(
     for kind in (LINEAR, RADIAL):
         # No gradient pays where the best fill costs less than its numbers alone, as it has two stops at least.
         least = price * (GEOMETRY_NUMBERS[kind] + 2 * STOP_NUMBERS)
-        room = best.error + price * best.numbers - least
+        room = min(most, best.error + price * best.numbers) - least
         if KINDS[kind] not in kinds or room <= 0 or best.error <= enough + price * (best.numbers - COLOR_NUMBERS):
             continue
         if kind == LINEAR:
