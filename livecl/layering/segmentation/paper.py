@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from livecl import interruption
 from livecl.arrays import FloatArray
 from livecl.layering.segmentation.flat import noisy_regions
+from livecl.layering.segmentation.noise import noise_level
 from livecl.layering.segmentation.smooth import SmoothRegions
 
 
@@ -68,8 +69,13 @@ def without_shading(target: FloatArray, paper: FloatArray) -> FloatArray:
 
 
 def lit_regions(image: NDArray[np.floating], price: float, kinds: tuple[str, ...]) -> SmoothRegions | None:
-    """Segment a noisy picture (H, W, C) that is flat but for the light on it; None if it is none."""
+    """Segment a noisy picture (H, W, C) that is flat but for the light on it; None if it is none.
+
+    A picture without noise is none, though it may seem to have some once the steps of its slopes are stretched.
+    """
     pixels: FloatArray = np.asarray(image, dtype=np.float64)
+    if not noise_level(pixels):
+        return None
     even = without_shading(pixels, paper_of(pixels))
     flat = None if even is pixels else noisy_regions(even)
     if flat is None:
