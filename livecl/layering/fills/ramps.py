@@ -27,6 +27,10 @@ GEOMETRY_NUMBERS, COLOR_NUMBERS = (0, 4, 6), 4
 LEAST_PRICED = 57600
 #: Most pixels used by a fit.
 MAX_PIXELS = 4000
+#: Fits kept, by their pixels up to a shift and what else they depend on: those of a core are asked for several times,
+#: when it is cut, compared with its parts and absorbed.
+MOST_KNOWN = 256
+_KNOWN: dict[bytes, Paint] = {}
 #: Mean squared error of a channel at which a fit cannot improve: rounding to 8 bits (.29 of a level), with a margin.
 NOISE = (0.45 / 255) ** 2
 
@@ -141,6 +145,22 @@ def fit_paint(
     step = -(-len(points) // MAX_PIXELS)
     interruption.check()
     pixels = Pixels(points[::step], colors[::step], weights[::step] * step)
+    if near or most < np.inf or not kinds:
+        return _fitted(pixels, price, kinds, near, most)
+    corner = np.floor(pixels.points.min(axis=0))
+    pixels = dataclasses.replace(pixels, points=pixels.points - corner)
+    key = pixels.digest + repr((price, *kinds)).encode()
+    paint = _KNOWN.get(key)
+    if paint is None:
+        paint = _KNOWN[key] = _fitted(pixels, price, kinds)
+        if len(_KNOWN) > MOST_KNOWN:
+            _KNOWN.pop(next(iter(_KNOWN)), None)
+    return paint.shifted(corner)
+
+
+def _fitted(
+    pixels: Pixels, price: float, kinds: Sequence[str], near: Sequence[Paint] = (), most: float = np.inf
+) -> Paint:
     best = _solid(pixels)
     enough = NOISE * 3 * pixels.weights.sum()
     for kind in (LINEAR, RADIAL):

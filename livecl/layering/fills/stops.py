@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 
 import numpy as np
 
@@ -29,6 +30,14 @@ class Pixels:
     points: FloatArray
     colors: FloatArray
     weights: FloatArray
+
+    @property
+    def digest(self) -> bytes:
+        """A number of 16 bytes, equal for equal pixels."""
+        found = hashlib.blake2b(digest_size=16)
+        for array in (self.points, self.colors, self.weights):
+            found.update(array.tobytes())
+        return found.digest()
 
     def thinned(self, most: int) -> Pixels:
         """Subsample about `most` of the pixels at even steps, keeping the total weight."""
