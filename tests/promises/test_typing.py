@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -23,8 +24,11 @@ def test_misspelled_names_are_found(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
     root = Path(__file__).resolve().parents[2]
+    cache = root / ".mypy_cache"  # as `tools/check` fills it
+    if not os.access(root, os.W_OK):
+        cache = tmp_path / "cache"
     stdout, stderr, code = api.run(
-        ["--strict", "--config-file", str(root / "pyproject.toml"), "--cache-dir", str(tmp_path / "cache"), str(script)]
+        ["--config-file", str(root / "pyproject.toml"), "--cache-dir", str(cache), str(script)]
     )
     errors = [line for line in stdout.splitlines() if "error:" in line]
     assert code == 1 and not stderr

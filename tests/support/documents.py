@@ -14,6 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from PIL import Image
+
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 #: Languages of the blocks that are run.
@@ -28,6 +30,8 @@ COMMANDS = {
 }
 #: The comment above a block that says why it is not run.
 NOT_RUN = re.compile(r"^\s*<!-- not run: (.+) -->\s*$")
+#: Factor by which a clone's pictures are reduced.
+REDUCED = 3
 #: Longest time of a block, s.
 TIMEOUT = 300
 
@@ -90,12 +94,18 @@ def start(command: str) -> str:
 
 
 class Clone:
-    """A folder with what a clone has, and its commands and `python` as in an environment that is activated."""
+    """A folder with what a clone has, and its commands and `python` as in an environment that is activated.
+
+    Its example pictures are smaller: whether commands work does not depend on that.
+    """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder / "clone"
         for part in PARTS:
             shutil.copytree(ROOT / part, self.folder / part, ignore=shutil.ignore_patterns("__pycache__"))
+        for picture in (self.folder / "examples").glob("*.png"):
+            with Image.open(picture) as image:
+                image.reduce(REDUCED).save(picture)
         bin_folder = folder / "bin"
         bin_folder.mkdir()
         for name, words in (("python", ""), ("python3", ""), *((name, start(name)) for name in COMMANDS)):
