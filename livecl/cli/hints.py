@@ -41,15 +41,15 @@ def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
     variance = float(np.mean(np.var(premultiplied(np.asarray(image, dtype=np.float32)), axis=(0, 1))))
     far, fine = result.mse >= min(FAR, LEFT * variance), fine_detail(image, result.working_size)
     usual = recipe.options.prune <= Options().prune
-    missing = result.mse >= FINE_SHARE * fine >= FINE_SHARE**2 * result.mse
+    is_fine = fine >= FINE_SHARE * result.mse
+    missing = is_fine and (far or result.mse >= FINE_SHARE * fine)
     if missing and usual and _is_flat(image, result.working_size):
-        return (
-            "small or thin parts are missing, such as small print: try --size full and a smaller --path-gain, or more "
-            "--paths"
-        )
+        strokes = "" if recipe.options.strokes != "off" else "--strokes auto, which draws print by its lines, or "
+        size = "" if result.working_size is None else ", with a larger --size or on a part of the picture"
+        return f"small or thin parts are missing, such as small print: try {strokes}more paths (--paths auto){size}"
     if not far:
         return ""
-    if fine >= FINE_SHARE * result.mse:
+    if is_fine:
         return (
             "that is far from the picture, and most of what is missing is noise, or texture of a pixel or two, which "
             "paths hardly show: try a picture that is smoothed or larger"

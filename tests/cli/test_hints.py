@@ -54,6 +54,21 @@ def test_small_print_that_is_missing_is_named() -> None:
     assert "small or thin" not in said(page, 0.9 * fine, prune=2e-4), "left out on purpose"
     grain = np.random.default_rng(0).random((90, 160, 3))
     assert "small or thin" not in said(grain, 0.08)
+    half = said(page, 0.3 * fine)
+    assert "small or thin parts" in half and "noise" not in half, "far from the picture, though most of them are there"
+
+
+def test_the_advice_for_small_print_leads_on() -> None:
+    """Strokes where they are off; more pixels only where there are more."""
+    page = np.ones((90, 160, 3))
+    page[10:80:8, 10:150:4] = 0.1
+    error = 0.9 * fine_detail(page, None)
+    assert "--strokes auto" in said(page, error) and "--size" not in said(page, error)
+    assert "--strokes" not in said(page, error, strokes="auto") and "--paths auto" in said(page, error, strokes="auto")
+    result = dataclasses.replace(
+        result_of(sample_drawing(), np.zeros((240, 200, 3))), mse=error, working_size=(90, 160)
+    )
+    assert "--size" in hint(Recipe(paths=3), result, np.kron(page, np.ones((2, 2, 1))))
 
 
 def test_pale_pictures_have_a_lower_bound() -> None:
