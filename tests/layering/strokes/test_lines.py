@@ -13,7 +13,7 @@ from livecl.layering.context import Context
 from livecl.layering.segmentation.paper import paper_of, without_shading
 from livecl.layering.strokes.finding import find_strokes
 from livecl.layering.strokes.inks import inks_of
-from livecl.layering.strokes.lines import find_lines
+from livecl.layering.strokes.lines import find_lines, find_traces
 from livecl.layering.strokes.pens import with_fewer_pens
 
 WHITE = np.ones(3)
@@ -70,6 +70,25 @@ def test_a_line_ends_where_its_width_changes() -> None:
 
     assert match(found, true).width < 0.1
     assert found.num_layers == 2
+
+
+@pytest.mark.parametrize("width", [8, 14, 20])
+def test_ends_lead_into_no_corner(width: float) -> None:
+    """A circle in a corner of a straight end, of .8 of the radius, has its centre .2 radii off the axis."""
+    start, end = np.array([30, 60]), np.array([130, 95])
+    true = drawing((BLACK, width, [line((30, 60), (130, 95))]), cap=0)
+
+    (trace,), _ = find_traces((1 - render(true)[..., 0].astype(np.float64)) / (1 - BLACK[0]))
+
+    across = np.array([start[1] - end[1], end[0] - start[0]]) / np.hypot(*(end - start))
+    assert np.abs((trace.points - start) @ across).max() < 0.1 * width + 0.5
+
+
+@pytest.mark.parametrize("length", [16, 20, 30])
+def test_compact_shapes_are_no_lines(length: int) -> None:
+    true = drawing(((0, 0, 0), 16, [line((60, 80), (60 + length, 80))]), cap=0)
+
+    assert all(found.is_spot for found in find_lines(1 - render(true)[..., 0].astype(np.float64)))
 
 
 def test_dots_on_lines_are_dots() -> None:

@@ -97,6 +97,17 @@ def test_hooks_at_ends_are_straightened(first: bool) -> None:
     assert match(result, true).distance < 0.1
 
 
+def test_a_hook_that_ends_early_is_straightened_and_made_longer() -> None:
+    """The skeleton of a wide stem turns into a corner half a width before its end."""
+    true = drawing((BLACK, 24, [line((20, 80), (90, 80), (140, 110))]), cap=0)
+    found = drawing((BLACK, 24, [line((32, 74), (35, 80), (90, 80), (140, 110))]), cap=0)
+
+    result = _redrawn(found, true)
+
+    assert result.num_segments == true.num_segments < found.num_segments
+    assert match(result, true).distance < 0.2
+
+
 def test_bends_that_are_drawn_are_no_hooks() -> None:
     true = drawing((BLACK, 6, [line((30, 60), (36, 80), (90, 80), (140, 110))]))
 
