@@ -34,7 +34,9 @@ class OverlayRules:
     bases: int = 4  # candidate lowest fills tried, those that explain most pixels
     directions: int = 8  # directions from which pixels are taken that may show the lowest fill alone
     seen_share: float = 0.4  # share of the pixels taken from each direction
-    alike: float = 0.02  # share of the pixels by which two sets of them differ at most that lead to one lowest fill
+    alike: float = (
+        0.02  # share of the pixels by which those explained by a base, and by one that failed, differ at most
+    )
     rounds: int = 4  # rounds of refitting one fill to the pixels that it explains
     turns: int = 3  # rounds of fitting each fill given the others
     hopeless: float = 4.0  # ratio of the cost after a round to `most` above which the search is abandoned
@@ -67,8 +69,14 @@ def fit_overlaid(
     """
     pixels = Pixels(points, colors, np.ones(len(points))).thinned(OVERLAYS.max_pixels)
     best: Paint | None = None
+    failed: list[BoolArray] = []
     for base in _bases(pixels, price, kinds):
+        explained = _missed(base, pixels) <= OVERLAYS.missed
+        if any(np.mean(explained != other) <= OVERLAYS.alike for other in failed):
+            continue
         found = _overlaid(base, pixels, price, kinds, most)
+        if not found.over:
+            failed.append(explained)
         if found.over and (best is None or _cost(found, price) < _cost(best, price)):
             best = found
     if best is None or _cost(best, price) >= most:
@@ -101,24 +109,21 @@ def _bases(pixels: Pixels, price: float, kinds: Sequence[str]) -> Iterator[Paint
     turns = 2 * np.pi * np.arange(OVERLAYS.directions) / OVERLAYS.directions
     along = (pixels.points - center) @ np.array([np.cos(turns), np.sin(turns)])
     starts = [np.ones(len(along), bool), *(along <= np.quantile(along, OVERLAYS.seen_share, axis=0)).T]
-    found: list[tuple[int, Paint]] = []
-    known: list[BoolArray] = []
+    found: dict[bytes, tuple[int, Paint]] = {}
+    known: set[bytes] = set()
     for seen in starts:
         before: Paint | None = None
         for _ in range(OVERLAYS.rounds):
             interruption.check()
-            known.append(seen)
+            known.add(seen.tobytes())
             some = pixels.points[seen], pixels.colors[seen], pixels.weights[seen]
             before = paint = refit_paint(before, *some, price, kinds)
-            seen = _missed(paint, pixels) <= OVERLAYS.missed
-            again = any(np.mean(seen != other) <= OVERLAYS.alike for other in known)
-            if again or seen.sum() < len(seen) / 10:
+            explained = _missed(paint, pixels) <= OVERLAYS.missed
+            if explained.tobytes() in known or explained.sum() < len(explained) / 10:
                 break
-        # From pixels that an earlier start came to as well, one would come to the same fill.
-        if not again or np.mean(seen != known[-1]) <= OVERLAYS.alike:
-            known.append(seen)
-            found.append((-int(seen.sum()), paint))
-    for _, paint in sorted(found, key=lambda item: item[0])[: OVERLAYS.bases]:
+            seen = explained
+        found.setdefault(explained.tobytes(), (-int(explained.sum()), paint))
+    for _, paint in sorted(found.values(), key=lambda item: item[0])[: OVERLAYS.bases]:
         yield paint
 
 
