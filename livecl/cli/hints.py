@@ -44,9 +44,12 @@ def hint(recipe: Recipe, result: Result, image: NDArray[np.floating]) -> str:
     is_fine = fine >= FINE_SHARE * result.mse
     missing = is_fine and (far or result.mse >= FINE_SHARE * fine)
     if missing and usual and _is_flat(image, result.working_size):
-        strokes = "" if recipe.options.strokes != "off" else "--strokes auto, which draws print by its lines, or "
-        size = "" if result.working_size is None else ", with a larger --size or on a part of the picture"
-        return f"small or thin parts are missing, such as small print: try {strokes}more paths (--paths auto){size}"
+        strokes = (
+            "" if recipe.options.strokes != "off" else ", or --strokes auto, which draws print of 12 px by its lines"
+        )
+        is_reduced = result.working_size not in (None, image.shape[:2])
+        size = "; with a larger --size, or on a part of the picture" if is_reduced else ""
+        return f"small or thin parts are missing, such as small print: try more paths (--paths auto){strokes}{size}"
     if not far:
         return ""
     if is_fine:

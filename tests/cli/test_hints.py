@@ -69,6 +69,7 @@ def test_the_advice_for_small_print_leads_on() -> None:
         result_of(sample_drawing(), np.zeros((240, 200, 3))), mse=error, working_size=(90, 160)
     )
     assert "--size" in hint(Recipe(paths=3), result, np.kron(page, np.ones((2, 2, 1))))
+    assert "--size" not in hint(Recipe(paths=3), result, page), "as many pixels as there are"
 
 
 def test_pale_pictures_have_a_lower_bound() -> None:

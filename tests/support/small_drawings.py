@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.draw import polygon2mask
 
-from livecl.layering.segmentation.flat import flat_regions
 from livecl.layering.structure.layers import find_layers
 from livecl.layering.structure.parts import with_parts
+from support.found import flat_regions
 
 SIZE = (96, 96)
 FINE = 4  # samples of a pixel's side

@@ -176,12 +176,6 @@ def _step(pixels: FloatArray) -> float:
     return CLEAN_STEP if len(steps) and np.mean(steps <= CLEAN_STEP) >= CLEAN_SHARE else SAME_STEP
 
 
-def flat_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions:
-    """Segment a picture (H, W, C) into flat regions with resolved borders."""
-    noisy = noisy_regions(image, miss)
-    return clean_regions(image, miss) if noisy is None else noisy
-
-
 def noisy_regions(image: NDArray[np.floating], miss: float = MIXTURE_MISS) -> FlatRegions | None:
     """Segment a noisy picture into flat regions; None if it has no noise, or is not flat beneath the noise."""
     pixels: FloatArray = np.asarray(image, dtype=np.float64)

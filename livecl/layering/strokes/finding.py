@@ -49,11 +49,6 @@ class LineArt(NamedTuple):
     paper: Drawing
 
 
-def find_strokes(context: Context, background: NDArray[Any] | None, rules: StrokeRules = RULES) -> Drawing:
-    """Find the strokes of line art, a layer for each combination of ink and width; no layers for other pictures."""
-    return kept_strokes(context, find_line_art(context, background, rules), rules)
-
-
 def kept_strokes(context: Context, found: LineArt, rules: StrokeRules = RULES) -> Drawing:
     """Return the strokes of a picture that is line art, or of which strokes alone are wanted; else no layers."""
     whole = context.options.strokes == "only" or found.explained >= rules.explained

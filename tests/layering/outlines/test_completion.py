@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.found import flat_regions
 
 from livecl.layering.outlines.completion import (
     TRAP,
@@ -17,7 +18,6 @@ from livecl.layering.outlines.completion import (
 )
 from livecl.layering.outlines.contours import COMPLETED, Contour, Outlines
 from livecl.layering.outlines.prices import PRICES, outline_price
-from livecl.layering.segmentation.flat import flat_regions
 
 RED, BLUE, WHITE = (0.9, 0.2, 0.1), (0.1, 0.2, 0.8), (1.0, 1.0, 1.0)
 FINE, SIZE = 4, (60, 80)

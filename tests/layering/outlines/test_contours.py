@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.found import flat_regions
 
 from livecl.layering.outlines.contours import _SELF, PAGE, Contour, Outlines, _cleaned
-from livecl.layering.segmentation.flat import flat_regions
 
 RED, BLUE, GREEN = (0.8, 0.1, 0.1), (0.1, 0.2, 0.8), (0.1, 0.7, 0.2)
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.found import flat_regions
 
-from livecl.layering.segmentation.flat import SMALLEST, flat_regions, flatness
+from livecl.layering.segmentation.flat import SMALLEST, flatness
 
 
 def test_flatness_tells_cores_from_slopes_and_noise() -> None:

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
+from support.found import flat_regions
 
 from livecl.drawing.assembly import empty_drawing
 from livecl.layering.outlines.contours import Outlines
-from livecl.layering.segmentation.flat import flat_regions
 from livecl.layering.segmentation.noise import BESIDE, MOST_RINGING, RADIUS, RADIUS_OF_NOISE, _ringing, noise_level
 from livecl.layering.segmentation.small import without_small
 from livecl.layering.structure import placing

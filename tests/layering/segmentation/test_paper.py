@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy import ndimage
+from support.found import flat_regions
 
 from livecl import vectorize
-from livecl.layering.segmentation.flat import flat_regions
 from livecl.layering.segmentation.paper import lit_regions, paper_of, without_shading
 
 SIZE = (120, 160)

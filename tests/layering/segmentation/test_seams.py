@@ -6,8 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.found import flat_regions
 
-from livecl.layering.segmentation.flat import FlatRegions, flat_regions
+from livecl.layering.segmentation.flat import FlatRegions
 from livecl.layering.segmentation.seams import find_seams
 
 FloatArray = NDArray[np.float64]

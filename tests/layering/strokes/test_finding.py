@@ -6,11 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy import ndimage
+from support.found import find_strokes
 from support.line_art import BLACK, DRAWINGS, arc, drawing, line, match
 
 from livecl import Control, Drawing, Options, Rasterizer, render, vectorize
 from livecl.layering.context import Context
-from livecl.layering.strokes.finding import find_strokes
 
 WHITE = np.ones(3)
 

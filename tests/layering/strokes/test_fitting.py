@@ -6,12 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
+from support.found import find_strokes
 from support.line_art import BLACK, arc, curve, drawing, line
 
 from livecl import Drawing, Options, Rasterizer, render
 from livecl.geometry.bezier import evaluate
 from livecl.layering.context import Context
-from livecl.layering.strokes.finding import find_strokes
 from livecl.layering.strokes.fitting import fitted_to_ink
 
 SIZE = (64, 64)

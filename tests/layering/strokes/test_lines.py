@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.found import find_strokes
 from support.line_art import BLACK, BLUE, RED, SIZE, arc, drawing, line, match
 from support.line_drawings import DRAWINGS, GRAY, disturbed
 
 from livecl import Drawing, Options, Rasterizer, render, vectorize
 from livecl.layering.context import Context
 from livecl.layering.segmentation.paper import paper_of, without_shading
-from livecl.layering.strokes.finding import find_strokes
 from livecl.layering.strokes.inks import inks_of
 from livecl.layering.strokes.lines import find_lines, find_traces
 from livecl.layering.strokes.pens import with_fewer_pens

@@ -10,13 +10,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from skimage.measure import points_in_poly
+from support.found import flat_regions
 
 from livecl.geometry.bezier import cross, evaluate, signed_area
 from livecl.geometry.corners import noise_of
 from livecl.geometry.crossings import CROSSING_AREA, crossing_area
 from livecl.layering.outlines import contours
 from livecl.layering.outlines.contours import Outlines
-from livecl.layering.segmentation.flat import flat_regions
 from livecl.layering.structure.layers import Layer
 from livecl.layering.structure.placing import fitted_layer
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from skimage.draw import polygon2mask
+from support.found import flat_regions
 from support.small_drawings import (
     BLUE,
     GREEN,
@@ -33,7 +34,6 @@ from livecl.geometry.crossings import polygon_crossing_area
 from livecl.layering.outlines.completion import completed_contour, filled_out
 from livecl.layering.outlines.contours import Outlines
 from livecl.layering.outlines.prices import PRICES
-from livecl.layering.segmentation.flat import flat_regions
 from livecl.layering.structure.layers import Assumptions, find_layers
 from livecl.layering.structure.parts import with_parts
 from livecl.layering.structure.twins import few_alike

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from skimage.draw import polygon2mask
+from support.found import flat_regions
 
 from livecl.layering.outlines.contours import Outlines
-from livecl.layering.segmentation.flat import flat_regions
 from livecl.layering.structure.depth import ground_regions
 from livecl.layering.structure.layers import find_layers
 from livecl.layering.structure.parts import with_more_parts, with_parts
