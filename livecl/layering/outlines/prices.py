@@ -60,6 +60,8 @@ class Prices:
         Evidence for the region that bulges into the other one, by the square of its chord.
     completion : float
         Evidence, per radian, for the region behind which completing the other one saves turning.
+    marking : float
+        Evidence, per radian, for a region that is marked on a larger one: one outline around both saves turning.
     relation, most_relation : float
         Evidence for the region behind which the other one continues into a third of its colour, per radian saved; its
         upper limit.
@@ -86,6 +88,7 @@ class Prices:
     stem: float = 0.65
     bulge: float = 0.5
     completion: float = 0.1
+    marking: float = 0.2
     relation: float = 0.3
     most_relation: float = 2.0
     size: float = 0.1

@@ -19,11 +19,11 @@ from livecl.layering.outlines.prices import PRICES
 from livecl.layering.segmentation.flat import FlatRegions, clean_regions, flatness, noisy_regions
 from livecl.layering.segmentation.paper import lit_regions
 from livecl.layering.segmentation.smooth import SmoothRegions, smooth_regions, smoothness, unmixed
-from livecl.layering.structure.depth import ground_regions, screens
 from livecl.layering.structure.layers import PLAIN, Assumptions, Layer, find_layers
 from livecl.layering.structure.mosaic import MOST_PARTS, Mosaic, mosaic_of
 from livecl.layering.structure.parts import with_more_parts, with_parts
 from livecl.layering.structure.ranking import EXPLAINED, Structure, explained_miss, mask_of
+from livecl.layering.structure.views import ground_regions, screens
 
 #: Least share of the pixels that large regions must explain for a picture to count as flat, and pixels of a large
 #: region.

@@ -16,14 +16,10 @@ from livecl.arrays import BoolArray, FloatArray
 from livecl.layering.outlines.completion import completed_contour, cut_in_two, filled_out, joined_contours, trapped
 from livecl.layering.outlines.contours import Contour, Outlines
 from livecl.layering.outlines.prices import PRICES, Prices, outline_price
-from livecl.layering.structure.depth import (
-    evidence,
-    ground_regions,
-    screens,
-    worth_it,
-)
+from livecl.layering.structure.depth import evidence
 from livecl.layering.structure.ordering import paint_order
 from livecl.layering.structure.twins import Pairs, few_alike, same_color
+from livecl.layering.structure.views import ground_regions, screens, worth_it
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -118,7 +114,9 @@ def find_layers(
     scene = _Scene(outlines, front, order, prices)
     for k in order:
         interruption.check()
-        scene.add(k, {o for (region, o) in markings if region == k and scene.depth[o] > scene.depth[k]})
+        groups = [group for (region, _), group in markings.items() if region == k]
+        above = [group for group in groups if all(scene.depth[o] > scene.depth[k] for o in group)]
+        scene.add(k, set().union(*above))
     for screen in seen_through:
         scene.unite(screen.front, screen.behind)
     scene.join_all(assumed.apart)

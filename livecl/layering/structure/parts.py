@@ -25,7 +25,7 @@ from livecl.layering.outlines.contours import COMPLETED, Contour, Outlines
 from livecl.layering.outlines.prices import ASKED, PRICES, Prices, outline_price
 from livecl.layering.outlines.primitives import fitted_primitive
 from livecl.layering.segmentation.flat import FlatRegions
-from livecl.layering.structure.depth import ground_regions
+from livecl.layering.structure.views import ground_regions
 
 #: Share of the picture up to which a region counts as a letter or a sign, which is not split; pixels of the smallest
 #: part.

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from livecl.layering.outlines.contours import AFTER, BEFORE, OWN, UNCLEAR, Contour, Outlines
+from livecl.layering.outlines.contours import AFTER, BEFORE, OWN, UNCLEAR, Contour
 from livecl.layering.outlines.prices import PRICES
-from livecl.layering.segmentation.flat import clean_regions
-from livecl.layering.structure.depth import _bulge, _hull, _junctions, _thinness, ground_regions
+from livecl.layering.structure.depth import _bulge, _hull, _junctions
 from livecl.layering.structure.ordering import paint_order
 
 #: Radius, px, of a disc whose outline faces region 1 below its middle, and region 2 above it.
@@ -75,12 +74,6 @@ def test_a_bay_is_a_negative_bulge() -> None:
     assert _bulge(contour, marks(1)) == pytest.approx(-np.pi / 8, rel=0.05)
 
 
-def test_thinness_of_a_ring() -> None:
-    """Of radii R and r: the width R - r by the root of pi R^2."""
-    ring = [disc(30), disc(24)]
-    assert _thinness(ring) == pytest.approx(6 / np.sqrt(np.pi * 30**2), rel=0.02)
-
-
 def test_the_paint_order_follows_the_evidence() -> None:
     front = {(0, 1): 1.0, (1, 2): 1.0, (2, 3): 0.5}  # the first of each pair lies in front
     assert paint_order(front, [0, 1, 2, 3], SIZES, []) == [3, 2, 1, 0]
@@ -98,13 +91,3 @@ def test_regions_of_one_shape_follow_each_other() -> None:
     order = paint_order(front, [0, 1, 2, 3], SIZES, [(0, 3)])
     assert abs(order.index(0) - order.index(3)) == 1
     assert order.index(2) < order.index(1) < order.index(0)
-
-
-@pytest.mark.parametrize(("legs", "grounds"), [(True, 2), (False, 1)])
-def test_a_small_hole_of_a_letter_shows_the_ground_and_a_mark_on_a_plate_does_not(legs: bool, grounds: int) -> None:
-    image = np.ones((96, 96, 3))
-    image[12:84, 20:76] = (0.7, 0.1, 0.1)
-    if legs:
-        image[48:84, 32:64] = 1.0  # the letter A, far from convex
-    image[24:36, 40:56] = 1.0
-    assert len(ground_regions(Outlines(clean_regions(image)), np.ones(3))) == grounds

@@ -69,3 +69,27 @@ def test_a_white_eye_under_a_brow_is_a_shape() -> None:
     assert found is not None
     whites = [k for k in found.ranked if found.layers[k].color.min() > 0.99]
     assert len(whites) == 1
+
+
+@pytest.mark.parametrize("glint", [60.5, 67.5])
+def test_white_and_iris_of_an_eye_are_whole_behind_what_lies_on_them(glint: float) -> None:
+    """All end at the lid, one straight line: neither is an arch around the next. A glint lies on the pupil's rim."""
+
+    def above_the_lid(radius: float, middle: float) -> Any:
+        return lambda x, y: (np.hypot(x - 64, y - middle) < radius) & (y < 80)
+
+    white, iris = above_the_lid(16, 80), above_the_lid(11, 77)
+    image = painted(
+        128,
+        ((1.0, 0.78, 0.24), lambda x, y: np.hypot(x - 64, y - 64) < 58),
+        ((1.0, 1.0, 1.0), white),
+        ((0.49, 0.27, 0.2), iris),
+        ((0.0, 0.0, 0.0), above_the_lid(7, 77)),
+        ((1.0, 1.0, 1.0), lambda x, y: np.hypot(x - glint, y - 73.5) < 2),
+    )
+    found = found_structure(image, WHITE, MANY)
+    assert found is not None
+    y, x = np.mgrid[:128, :128] + 0.5
+    for whole in (white(x, y), iris(x, y)):
+        overlaps = [np.sum(mask & whole) / np.sum(mask | whole) for mask in found.masks[found.ranked]]
+        assert max(overlaps) > 0.95

@@ -11,9 +11,9 @@ from skimage.draw import polygon2mask
 from support.found import flat_regions
 
 from livecl.layering.outlines.contours import Outlines
-from livecl.layering.structure.depth import ground_regions
 from livecl.layering.structure.layers import find_layers
 from livecl.layering.structure.parts import with_more_parts, with_parts
+from livecl.layering.structure.views import ground_regions
 
 SIZE, FINE = 96, 4
 RED, WHITE, BLUE = np.array([0.9, 0.2, 0.2]), np.ones(3), np.array([0.15, 0.3, 0.75])

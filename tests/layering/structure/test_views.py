@@ -23,7 +23,10 @@ from support.small_drawings import (
     picture,
 )
 
+from livecl.layering.outlines.contours import Outlines
+from livecl.layering.segmentation.flat import clean_regions
 from livecl.layering.structure.finding import found_structure
+from livecl.layering.structure.views import _thinness, ground_regions
 
 
 def test_what_lies_on_a_disc_makes_no_hole_in_it() -> None:
@@ -132,3 +135,21 @@ def test_a_fragment_on_the_border_makes_no_ground_of_a_light_shape() -> None:
     fragment = box(54, 44, 57, 47)
     layers = found(picture((box(10, 10, 86, 86), BLUE), (shape, WHITE), (fragment, RED)))
     assert sum(np.abs(color - WHITE).max() < 0.02 for _, color in layers) == 1
+
+
+@pytest.mark.parametrize(("legs", "grounds"), [(True, 2), (False, 1)])
+def test_a_small_hole_of_a_letter_shows_the_ground_and_a_mark_on_a_plate_does_not(legs: bool, grounds: int) -> None:
+    image = np.ones((96, 96, 3))
+    image[12:84, 20:76] = (0.7, 0.1, 0.1)
+    if legs:
+        image[48:84, 32:64] = 1.0  # the letter A, far from convex
+    image[24:36, 40:56] = 1.0
+    assert len(ground_regions(Outlines(clean_regions(image)), np.ones(3))) == grounds
+
+
+def test_thinness_of_a_ring() -> None:
+    """Of radii R and r: the width R - r by the root of pi R^2."""
+    ring = np.hypot(X - 48, Y - 48)
+    image = picture(((ring < 30) & (ring > 24), BLUE))
+    contours = Outlines(clean_regions(image)).of((1,))
+    assert _thinness(contours) == pytest.approx(6 / np.sqrt(np.pi * 30**2), rel=0.02)
