@@ -75,6 +75,7 @@ class Batch:
         # A picture that was stopped counts as done for the same time limit only.
         self._stopped_fingerprint = _digest(f"{self._fingerprint} {request.time_limit}".encode())
         self._skip_done = skip_done
+        self._written: Outcome | None = None
         if self._workers.scheduler is None:
             from livecl.opencl.device import choose_device
 
@@ -112,11 +113,24 @@ class Batch:
         with contextlib.ExitStack() as stack:
             client = self._connect(stack)
             self._folder.mkdir(exist_ok=True)
-            stack.callback(self._summary.write)
+            stack.callback(self._close)
             answers = stack.enter_context(contextlib.closing(self._answers(tasks(), client)))
             for number, answer in answers:
                 note(number, self._settled(self.pictures[number], digests[number], answer))
         return [outcomes[number] for number in sorted(outcomes)]
+
+    def _close(self) -> None:
+        """Write the summary, with the row of a picture between whose SVG and row an interruption came."""
+        if self._written is not None and self._has(self._written):
+            self._summary.add(self._written)
+        self._summary.write()
+
+    def _has(self, row: Outcome) -> bool:
+        """Whether the SVG of a row is in the folder as the row says."""
+        try:
+            return _digest((self._folder / row.output).read_bytes()) == row.svg
+        except OSError:
+            return False
 
     def _connect(self, stack: contextlib.ExitStack) -> Client | None:
         workers = self._workers
@@ -138,13 +152,7 @@ class Batch:
         row = self._summary.get(picture.output)
         if row is None or row.picture != digest or row.recipe not in (self._fingerprint, self._stopped_fingerprint):
             return None
-        try:
-            svg = (self._folder / picture.output).read_bytes()
-        except OSError:
-            return None
-        if _digest(svg) != row.svg:
-            return None
-        return dataclasses.replace(row, file=_shown(picture.file), status="skipped")
+        return dataclasses.replace(row, file=_shown(picture.file), status="skipped") if self._has(row) else None
 
     def _settled(self, picture: Input, digest: str, answer: Made | str) -> Outcome:
         """Write the SVG, and return the picture's outcome."""
@@ -152,14 +160,8 @@ class Batch:
             return _failed(picture, answer)
         for warning in answer.warnings:
             _log.warning("%s", warning)
-        target = self._folder / picture.output
-        try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(target, answer.svg)
-        except OSError as error:
-            return _failed(picture, f"{target}: cannot be written ({error.strerror or error})")
         (height, width), (working_height, working_width) = answer.size, answer.working_size
-        return Outcome(
+        self._written = Outcome(
             file=_shown(picture.file),
             output=picture.output,
             status="done",
@@ -175,6 +177,13 @@ class Batch:
             recipe=self._fingerprint if answer.stopped is None else self._stopped_fingerprint,
             svg=_digest(answer.svg.encode()),
         )
+        target = self._folder / picture.output
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(target, answer.svg)
+        except OSError as error:
+            return _failed(picture, f"{target}: cannot be written ({error.strerror or error})")
+        return self._written
 
 
 def vectorize_files(

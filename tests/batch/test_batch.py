@@ -146,6 +146,22 @@ def test_what_is_done_is_skipped(tmp_path: Path) -> None:
     assert statuses() == ["done", "done"]
 
 
+def test_an_interruption_between_an_svg_and_its_row_loses_no_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def written_and_interrupted(path: Path, text: str) -> None:
+        path.write_text(text, encoding="utf-8")
+        raise KeyboardInterrupt
+
+    make_pictures(tmp_path / "in", 1)
+    monkeypatch.setattr("livecl.batch.batch.write_atomically", written_and_interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        vectorize_files(tmp_path / "in", tmp_path / "out", recipe=QUICK, workers=1)
+    assert [row["output"] for row in table(tmp_path / "out")] == ["picture-0.svg"]
+    monkeypatch.undo()
+    assert vectorize_files(tmp_path / "in", tmp_path / "out", recipe=QUICK, workers=1)[0].status == "skipped"
+
+
 def test_the_table_keeps_what_other_batches_did(tmp_path: Path) -> None:
     files = make_pictures(tmp_path / "in", 2)
     for file in files:
