@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 import livecl
 from livecl import interruption
+from livecl.layering.fills import ramps
 from livecl.layering.structure import finding
 from livecl.run.control import Control
 
@@ -151,6 +152,7 @@ def test_a_run_stops_wherever_it_is(picture: object, device: int) -> None:
         left = max(1, int(share * count))
         for known in vars(finding).values():  # what has been found out about the picture
             getattr(known, "cache_clear", lambda: None)()
+        ramps._KNOWN.clear()
 
         def stop() -> str | None:
             nonlocal left

@@ -25,10 +25,15 @@ WRITTEN = {
 }
 
 
+def present() -> list[Path]:
+    """Return the files of the folder, compiled modules apart."""
+    return [file for file in sorted(EXAMPLES.rglob("*")) if "__pycache__" not in file.parts]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", WRITTEN)
 def test_script(name: str, tmp_path: Path) -> None:
-    files = sorted(EXAMPLES.rglob("*"))
+    files = present()
     command = [sys.executable, EXAMPLES / f"{name}.py", tmp_path]
     done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 0, done.stderr
@@ -38,7 +43,7 @@ def test_script(name: str, tmp_path: Path) -> None:
             assert read_svg(file).num_layers > 0
         elif file.suffix in (".png", ".gif"):
             assert read_image(file).std() > 0.1
-    assert [file for file in sorted(EXAMPLES.rglob("*")) if "__pycache__" not in file.parts] == files
+    assert present() == files
     improved = re.search(r"MSE (\S+) -> ([^\s:]+)", done.stdout)
     if name not in ("logo", "photograph"):
         assert improved is not None

@@ -152,9 +152,9 @@ def fit_paint(
     key = pixels.digest + repr((price, *kinds)).encode()
     paint = _KNOWN.get(key)
     if paint is None:
+        if len(_KNOWN) >= MOST_KNOWN:
+            _KNOWN.clear()
         paint = _KNOWN[key] = _fitted(pixels, price, kinds)
-        if len(_KNOWN) > MOST_KNOWN:
-            _KNOWN.pop(next(iter(_KNOWN)), None)
     return paint.shifted(corner)
 
 
