@@ -34,9 +34,7 @@ class OverlayRules:
     bases: int = 4  # candidate lowest fills tried, those that explain most pixels
     directions: int = 8  # directions from which pixels are taken that may show the lowest fill alone
     seen_share: float = 0.4  # share of the pixels taken from each direction
-    alike: float = (
-        0.02  # share of the pixels by which those explained by a base, and by one that failed, differ at most
-    )
+    alike: float = 0.02  # largest share of pixels explained by only one of a base and one that failed
     rounds: int = 4  # rounds of refitting one fill to the pixels that it explains
     turns: int = 3  # rounds of fitting each fill given the others
     hopeless: float = 4.0  # ratio of the cost after a round to `most` above which the search is abandoned

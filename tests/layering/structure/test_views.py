@@ -153,3 +153,13 @@ def test_thinness_of_a_ring() -> None:
     image = picture(((ring < 30) & (ring > 24), BLUE))
     contours = Outlines(clean_regions(image)).of((1,))
     assert _thinness(contours) == pytest.approx(6 / np.sqrt(np.pi * 30**2), rel=0.02)
+
+
+@pytest.mark.parametrize("legs", [True, False])
+def test_a_small_hole_of_a_letter_on_a_plate_shows_the_plate(legs: bool) -> None:
+    """As on the page: the letter A has one; what lies on a square is a shape, though of the plate's colour."""
+    letter = box(32, 24, 64, 72) & ~box(44, 32, 52, 40)
+    if legs:
+        letter &= ~box(40, 52, 56, 72)
+    layers = found(picture((box(8, 8, 88, 88), BLUE), (letter, YELLOW)))
+    assert len(layers) == (2 if legs else 3)
