@@ -124,7 +124,8 @@ def _hull_area(points: FloatArray) -> float:
 def screens(outlines: Outlines, ground: set[int]) -> list[Screen]:
     """Return the regions whose holes show what lies behind: a ring on a disc, a lattice before a wall.
 
-    A region around all of another one is the ground of this one: its holes are judged like those that show the page.
+    A region around all of another one is the ground of this one: its holes are judged like those that show the page,
+    unless what is in them has something on it.
 
     Parts of the ground visible through such a hole beside others are added to `ground`.
     """
@@ -164,7 +165,9 @@ def screens(outlines: Outlines, ground: set[int]) -> list[Screen]:
             if not ground & set(around):
                 least = THROUGH_LATTICE if len(group) >= LATTICE else THROUGH_HOLES
                 others = [k for k in outside if not same_color(outlines, k, front)]
-                on_a_plate = others == around and all(_seen_through(outlines, k, front) for k in group)
+                on_a_plate = others == around and all(
+                    len(outlines.of((k,))) == 1 and _seen_through(outlines, k, front) for k in group
+                )
                 if around and (share > least or _thinness(contours) < THIN or on_a_plate):
                     found.append(Screen(front, (*group, *around)))
                 elif not around and share > PANES and len(group) > 2:
